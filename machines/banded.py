@@ -29,18 +29,19 @@ class Banded:
 
     @classmethod
     def of(cls, columns: NDArray[Any]) -> Banded:
-        """From columns (..., n, 2k + 1): what stands at i − j + k in column j is the entry of row i."""
+        """From columns (..., n, 3k + 1), which are overwritten: what stands at i − j + 2k in column j is the entry of
+        row i; the first k of every column are 0, for what elimination adds."""
         *many, n, width = columns.shape
-        k = width // 2
-        finite = np.all(np.isfinite(columns), axis=(-2, -1))
-        triangles = np.zeros((*many, n, width + k), dtype=columns.dtype)
-        triangles[..., k:] = np.where(finite[..., None, None], columns, 0.0)
-        flat = triangles.reshape(-1, width + k)
+        k, finite = (width - 1) // 3, np.ones(many, dtype=bool)
+        if not np.isfinite(np.sum(columns)):
+            finite = np.all(np.isfinite(columns), axis=(-2, -1))
+            columns[~finite] = 0.0
+        flat = columns.reshape(-1, width)
         if not len(flat):
-            return cls(triangles, np.zeros((*many, n), dtype=int), finite)
+            return cls(columns, np.zeros((*many, n), dtype=int), finite)
         decompose = _lapack("gbtrf", flat)
         found, pivot, _ = decompose(flat.T, k, k, overwrite_ab=True)
-        triangles = found.T.reshape(triangles.shape)
+        triangles = found.T.reshape(columns.shape)
         swapped = (pivot - np.arange(len(flat))).reshape(*many, n)
         diagonal = triangles[..., 2 * k]
         regular = finite & np.all(diagonal != 0, axis=-1)

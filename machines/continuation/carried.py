@@ -53,8 +53,8 @@ class Carried:
     known: _Points | None = None
 
     def curve(self, frequency: Array, joint: ComplexArray) -> Curve:
-        """The curve beside a single branch, motions ``joint`` (m) of all joints over ascending frequencies (Hz), so dense
-        that the tops of the joints follow from its points; `Strayed` where not sure."""
+        """The curve beside a single branch, motions ``joint`` (m) of all joints over ascending frequencies (Hz), with
+        points so close that tops of joints follow from them; `Strayed` where not sure."""
         points = self._beside(2 * np.pi * frequency, joint)
         found = tops(points.omega, np.abs(points.moved))
         # Those of the outputs are points in the end, and those that are in doubt.

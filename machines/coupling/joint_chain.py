@@ -36,8 +36,8 @@ class JointChain:
         """At frequencies (rad/s) with gains (nf, nj), and receptances from inputs to joints there, (nf, nj, inputs)."""
         H, driven = parts.at(omega)
         ordered = base[:, parts.order]
-        system = H * ordered[:, :, None]
-        system[:, :, parts.reach] += 1.0
+        system = np.pad(H * ordered[:, :, None], ((0, 0), (0, 0), (parts.reach, 0)))
+        system[:, :, 2 * parts.reach] += 1.0
         chain = cls(parts.order, H, ordered, Banded.of(system))
         moved = np.empty_like(driven)
         for i in range(driven.shape[2]):
@@ -78,21 +78,25 @@ class JointChain:
             return replace(self.by_point(1).tangent(by_z[:, None, None], by_conjugate[:, None, None]), chain=self)
         points, nh, nj, width = self.open.shape
         reach = width // 2
-        near, each = (reach + 1) * 2 * nh - 1, np.arange(nh)
-        columns = np.zeros((points, nj, nh, 2, 2 * near + 1))
+        near = (reach + 1) * 2 * nh - 1
+        long = 3 * near + 1
+        columns = np.zeros((points, nj, nh * 2 * long))
         ahead, back = (np.moveaxis(slope[..., self.order], 3, 1) for slope in (by_z, by_conjugate))
+        plus, minus = ahead + back, ahead - back
         for d in range(width):
-            for a in each:
-                H = self.open[:, a, :, d, None]
-                first, second = H * ahead[:, :, a], H * back[:, :, a]
-                if d == reach:
-                    first[:, :, a] += 1.0
-                for b in each:
-                    at = near + (d - reach) * 2 * nh + 2 * (a - b)
-                    plus, minus = (first + second)[:, :, b], (first - second)[:, :, b]
-                    columns[:, :, b, 0, at], columns[:, :, b, 0, at + 1] = plus.real, plus.imag
-                    columns[:, :, b, 1, at], columns[:, :, b, 1, at - 1] = minus.real, -minus.imag
-        return ChainTangent(self, Banded.of(columns.reshape(points, nj * nh * 2, 2 * near + 1)))
+            for a in range(nh):
+                H, one = self.open[:, a, :, d, None], (np.arange(nh) == a) & (d == reach)
+                # From the column of one harmonic to that of the next, a row stands two entries higher.
+                first = 2 * near + 2 * nh * (d - reach) + 2 * a
+                by_real, by_imaginary = H * plus[:, :, a] + one, H * minus[:, :, a] + one
+                for value, at in (
+                    (by_real.real, first),
+                    (by_real.imag, first + 1),
+                    (by_imaginary.real, first + long),
+                    (-by_imaginary.imag, first + long - 1),
+                ):
+                    columns[:, :, at : at + nh * (2 * long - 2) : 2 * long - 2] = value
+        return ChainTangent(self, Banded.of(columns.reshape(points, nj * nh * 2, long)))
 
     @property
     def full(self) -> ComplexArray:

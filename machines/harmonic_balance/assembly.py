@@ -29,6 +29,8 @@ _PROBE = np.geomspace(1e-10, 1e-1, 46)
 _SINGULAR = 1e13
 _TOGETHER = 32
 """Lines coupled at once, few enough for the receptances of a large machine to stay in the processor's cache."""
+_PASSES = 4
+"""Arrays like the Jacobian of a chain of joints that are passed through one after the other, and should stay there too."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -131,7 +133,7 @@ class Assembly:
     def entries(self) -> int:
         """Of the largest array that one line needs: its receptances, or the Jacobian of the joints."""
         if self._parts is not None:
-            return self.tangent_entries(1)
+            return _PASSES * self.tangent_entries(1)
         r, motions = len(self.coordinates.rows), len(self.joints) + len(self.outputs)
         ports = len(self._rigid) + motions - len(self.nonlinear) + r
         return max(ports * (ports + len(self.inputs)), 4 * r**2, motions * (r + len(self.inputs)))

@@ -1,6 +1,7 @@
 """How the response of a machine grows with lines, joints and degrees of freedom; draws docs/growth.png.
 
-The nonlinear solve (Newton's method at all lines) and the receptances it needs are timed apart, in processor time.
+The nonlinear solve (Newton's method at all lines, in blocks as `response` takes them) and the receptances it needs,
+gains at rest coupled in, are timed apart, in processor time.
 
 Run it: OPENBLAS_NUM_THREADS=1 python tests/benchmarks/bench_growth.py
 """
@@ -16,6 +17,7 @@ import matplotlib
 import numpy as np
 
 from machines import Machine
+from machines.blocks import blocks
 from machines.harmonic_balance.assembly import Assembly
 from machines.harmonic_balance.newton import solve
 from machines.operating.solutions import caps_of
@@ -42,11 +44,21 @@ def times(
     machine: Machine, drive: str, lines: int, band: tuple[float, float] = (1000.0, 7000.0)
 ) -> tuple[float, float]:
     """Seconds for the nonlinear solve and for the receptances that it needs."""
-    assembly = Assembly(machine, (drive,), (drive,))
     omega = 2 * np.pi * np.linspace(*band, lines)
-    view, force = assembly.at(omega), np.full(lines, FORCE)
-    caps = caps_of(assembly)
-    return fastest(lambda: solve(view, assembly.moving, force, caps)), fastest(lambda: assembly.at(omega))
+    assembly = Assembly(machine, (drive,), (drive,), (float(omega[0]), float(omega[-1])))
+    parts, caps = list(blocks(lines, assembly.entries)), caps_of(assembly)
+    views = [assembly.at_rest(omega[some]) for some in parts]
+    force = np.full(lines, FORCE)
+
+    def solved() -> None:
+        for view, some in zip(views, parts, strict=True):
+            solve(view, assembly.moving, force[some], caps)
+
+    def formed() -> None:
+        for some in parts:
+            assembly.at_rest(omega[some])
+
+    return fastest(solved), fastest(formed)
 
 
 def slope(x: list[int], y: list[float]) -> float:
@@ -60,16 +72,16 @@ def main() -> None:
     from matplotlib import pyplot
 
     lines = [300, 600, 1200, 2400, 4800, 9600]
-    joints = [2, 5, 10, 20, 40]
+    joints = [2, 5, 10, 20, 40, 80, 160, 300]
     rows = [12, 24, 48, 96, 192]
     dofs = [25, 50, 100, 200, 400]
     by_lines = [times(chain(50, 5), "row.m1", n) for n in lines]
-    by_joints = [times(chain(50, n), "row.m1", LINES) for n in joints]
+    by_joints = [times(chain(max(50, n + 10), n), "row.m1", LINES) for n in joints]
     by_rows = [times(carriages(n), "a.uz", LINES, (5500.0, 6500.0)) for n in rows]
     by_dofs = [times(chain(n, 5), "row.m1", LINES) for n in dofs]
     panels = (
         ("frequencies (50 masses, 5 joints)", [(lines, by_lines, "")]),
-        ("joints (600 frequencies)", [(joints, by_joints, ", chain of 50"), (rows, by_rows, ", between two bodies")]),
+        ("joints (600 frequencies)", [(joints, by_joints, ", in a chain"), (rows, by_rows, ", between two bodies")]),
         ("masses (600 frequencies, 5 joints)", [(dofs, by_dofs, "")]),
     )
     figure, axes = pyplot.subplots(1, 3, figsize=(12.0, 3.8), layout="constrained", sharey=True)
