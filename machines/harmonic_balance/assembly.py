@@ -30,7 +30,7 @@ _SINGULAR = 1e13
 _TOGETHER = 32
 """Lines coupled at once, few enough for the receptances of a large machine to stay in the processor's cache."""
 _PASSES = 4
-"""Arrays like the Jacobian of a chain of joints that are passed through one after the other, and should stay there too."""
+"""Arrays as large as the Jacobian of a chain of joints, that should stay there together."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -132,7 +132,7 @@ class Assembly:
     @property
     def entries(self) -> int:
         """Of the largest array that one line needs: its receptances, or the Jacobian of the joints."""
-        if self._parts is not None:
+        if self._parts:
             return _PASSES * self.tangent_entries(1)
         r, motions = len(self.coordinates.rows), len(self.joints) + len(self.outputs)
         ports = len(self._rigid) + motions - len(self.nonlinear) + r
@@ -145,9 +145,7 @@ class Assembly:
 
     def free(self, omega: Array) -> ComplexArray:
         """Receptance (nf, ports, ports) with every joint open; ports are the joints, the outputs and the inputs."""
-        machine = self.machine
-        shown, driven = (machine.dof_rows(dofs, "receptance") for dofs in (self.outputs, self.inputs))
-        ports = np.concatenate([machine.rows(machine.flexible), shown, driven])
+        ports = np.concatenate(self._rows)
         return self._free(omega, ports, ports)
 
     def _check_lock(self, Hzz: ComplexArray) -> None:
@@ -252,11 +250,10 @@ class Assembly:
 
     def by_components(self, omega: Array) -> View:
         """The view from the components' receptances line by line, from no more columns than it has."""
-        machine, joints, coordinates = self.machine, self.joints, self.coordinates
+        (own, shown, driven), joints, coordinates = self._rows, self.joints, self.coordinates
         linear = self._plain
         chosen = [*linear, *(self.nonlinear[k] for k in coordinates.rows)]
-        ports = machine.rows([machine.flexible[i] for i in chosen])
-        shown, driven = (machine.dof_rows(dofs, "receptance") for dofs in (self.outputs, self.inputs))
+        ports = own[chosen]
         R, C = np.concatenate([ports, shown]), np.concatenate([ports, driven])
         H, first, last = self._free(omega, R, C), len(linear), len(chosen)
         if linear:
@@ -272,10 +269,8 @@ class Assembly:
 
     def coupled(self, omega: Array, gains: ComplexArray) -> ComplexArray:
         """Receptance outputs × inputs with all joints held at these gains, (nf, number of joints)."""
-        machine, n = self.machine, len(self.machine.flexible)
-        ports = machine.rows(machine.flexible)
-        shown, driven = (machine.dof_rows(dofs, "receptance") for dofs in (self.outputs, self.inputs))
-        R, C = np.concatenate([ports, shown]), np.concatenate([ports, driven])
+        ports, shown, driven = self._rows
+        R, C, n = np.concatenate([ports, shown]), np.concatenate([ports, driven]), len(ports)
         parts = []
         for first in range(0, len(omega), _TOGETHER):
             some = slice(first, first + _TOGETHER)

@@ -57,9 +57,9 @@ def labelled(branches: Branches) -> Branches:
 
 def of_peaks(peaks: Sequence[Peak], branches: Sequence[Branch], connections: Sequence[str]) -> tuple[Peak, ...]:
     """Peaks at one force with the stability of the nearest point of a branch; an unstable one is not converged."""
-    out = []
+    out, place = [], {name: i for i, name in enumerate(connections)}
     for p in peaks:
-        near = _nearest(p, branches, connections.index(p.connection))
+        near = _nearest(p, branches, place[p.connection])
         label = Stability.UNKNOWN if near is None else branches[near[0]].labels[near[1]]
         unstable = label is Stability.UNSTABLE and p.outcome is Outcome.CONVERGED
         out.append(replace(p, stability=label, outcome=Outcome.UNSTABLE if unstable else p.outcome))
@@ -133,8 +133,9 @@ def _price(branches: Branches, where: Sequence[Sequence[Index]], disturbed: Dist
 
 def _at_peaks(branches: Sequence[Branch], peaks: Sequence[Peak], connections: Sequence[str]) -> list[Index]:
     rows: list[set[int]] = [set() for _ in branches]
+    place = {name: i for i, name in enumerate(connections)}
     for p in peaks:
-        near = _nearest(p, branches, connections.index(p.connection))
+        near = _nearest(p, branches, place[p.connection])
         if near is not None and branches[near[0]].stability is not Stability.UNSTABLE:
             rows[near[0]].add(near[1])
     return [np.array(sorted(own), dtype=int) for own in rows]
@@ -144,11 +145,21 @@ def _nearest(p: Peak, branches: Sequence[Branch], joint: int) -> tuple[int, int]
     """Branch and point nearest to a peak in frequency, over its width, and in amplitude, over its own."""
     best, found = np.inf, None
     scale = p.width if p.width > 0 else _WIDTH * p.frequency
+
+    def apart(b: Branch, rows: slice) -> Array:
+        away = np.hypot((b.frequency[rows] - p.frequency) / scale, np.abs(b.joint[rows, joint]) / p.amplitude - 1)
+        return np.asarray(np.where(np.isfinite(away), away, np.inf))
+
     for k, b in enumerate(branches):
-        apart = np.hypot((b.frequency - p.frequency) / scale, np.abs(b.joint[:, joint]) / p.amplitude - 1)
-        i = int(np.argmin(np.where(np.isfinite(apart), apart, np.inf)))
-        if apart[i] < best:
-            best, found = float(apart[i]), (k, i)
+        beside = min(int(np.searchsorted(b.frequency, p.frequency)), len(b.frequency) - 1)
+        # What is further off in frequency alone is not nearer.
+        reach = scale * min(best, float(apart(b, slice(beside, beside + 1))[0])) * (1 + 1e-9)
+        first, last = np.searchsorted(b.frequency, [p.frequency - reach, p.frequency + reach + 1e-9 * p.frequency])
+        rows = slice(int(first), int(last))
+        away = apart(b, rows)
+        i = int(np.argmin(away)) if len(away) else 0
+        if len(away) and away[i] < best:
+            best, found = float(away[i]), (k, rows.start + i)
     return found
 
 
