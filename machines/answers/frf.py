@@ -35,8 +35,8 @@ from .told.frf_files import draw, write_bands, write_receptances
 from .told.frf_told import contact_lines, measured_lines, tool_lines
 
 Harmonics: TypeAlias = int | str | tuple[int, ...]
-_EACH = 1500.0
-"""Bytes of a line for every pair of places, measured over the whole of the computation."""
+_EACH = 5000.0
+"""Bytes of a line for every place, measured over the whole of the computation; pairs of them are taken in blocks."""
 
 
 def _independent(machine: Machine) -> int:
@@ -143,9 +143,7 @@ def frf(
         band = None if lines_of is None else lines_of[:2]
         points = 600 if lines_of is None or lines_of[2] is None else lines_of[2]
         places = _independent(model)
-        refuse_beyond(
-            _EACH * points * (places + 1) ** 2, f"--frequency: {points} lines of {places} joints and tool axes"
-        )
+        refuse_beyond(_EACH * points * (places + 1), f"--frequency: {points} lines of {places} joints and tool axes")
         if samples is not None:
             refuse_certain(model, cut=False)
             refuse_too_many(model, samples)

@@ -57,8 +57,8 @@ class Carried:
         points so close that tops of joints follow from them; `Strayed` where not sure."""
         points = self._beside(2 * np.pi * frequency, joint)
         found = tops(points.omega, np.abs(points.moved))
-        # Those of the outputs are points in the end, and those that are in doubt.
-        points = self._smooth(points, found.omega[(found.motion >= len(self.path.assembly.joints)) | ~found.sure])
+        # Those of the outputs are points in the end.
+        points = self._smooth(points, found.omega[found.motion >= len(self.path.assembly.joints)])
         return _curve(points, self.lines)
 
     def _beside(self, omega: Array, joint: ComplexArray) -> _Points:
