@@ -101,7 +101,7 @@ def main() -> None:
         ax.loglog(
             first[0], [1e3 * first[1][0][0] * v / first[0][0] for v in first[0]], ":", color="0.5", label="linear"
         )
-        ticks = sorted({v for x, _, _ in curves for v in x} - {12, 24, 48, 96})
+        ticks = sorted({v for x, _, _ in curves for v in x} - {12, 24, 48, 96, 192})
         ax.set_xticks(ticks, [str(v) for v in ticks], fontsize=8)
         ax.set_xticks([], minor=True)
         ax.legend(fontsize=7, handlelength=3.0, loc="upper left")
