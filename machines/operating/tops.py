@@ -26,6 +26,8 @@ _SURE, _PLACED = 1e-8, 1e-5
 """Relative differences of amplitude and frequency; what the wider polynomial leaves is far less."""
 _BESIDE = 0.25
 """Of the spacing round a top that is not resolved yet: where further points are wanted."""
+_FINEST = 1e-3
+"""Of the half width at half power, a spacing at which a top is in doubt for rounding alone."""
 _COINCIDE = 0.02
 """Of the widest spacing near by."""
 _NEAR = 0.2
@@ -50,9 +52,10 @@ class Tops:
 
     def wanted(self, omega: Array) -> Array:
         """Frequencies in rad/s at which further points would tell more of the tops that are not sure."""
-        row = self.row[~self.sure]
-        gap = np.minimum(omega[row] - omega[row - 1], omega[row + 1] - omega[row])
-        new = (self.omega[~self.sure] + _BESIDE * gap * np.array([[-1.0], [0.0], [1.0]])).ravel()
+        gap = np.minimum(omega[self.row] - omega[self.row - 1], omega[self.row + 1] - omega[self.row])
+        doubted = ~self.sure & (gap > _FINEST * self.width)
+        gap = gap[doubted]
+        new = (self.omega[doubted] + _BESIDE * gap * np.array([[-1.0], [0.0], [1.0]])).ravel()
         order = np.argsort(new)
         new, near = new[order], _NEAR * np.tile(gap, 3)[order]
         place = np.searchsorted(omega, new)
