@@ -17,6 +17,8 @@ from machines.coupling.parts import Parts
 from machines.harmonic_balance.assembly import Assembly
 from machines.harmonic_balance.balance import Balance
 from machines.harmonic_balance.newton import Elimination
+from machines.operating.tops import apart, tops
+from machines.statics.asked_together import Several
 
 LOW, HIGH = 2 * np.pi * 30.0, 2 * np.pi * 900.0
 OMEGA = np.linspace(LOW, HIGH, 9)
@@ -152,7 +154,7 @@ def test_a_matrix_without_an_inverse_leaves_those_beside_it_as_they_are() -> Non
         for j in range(max(i - k, 0), min(i + k + 1, n)):
             columns[:, j, i - j + 2 * k] = A[:, i, j]
     found, right = Banded.of(columns), rng.normal(size=(points, n))
-    x, fine = found.solve(right), [0, 2, 4, 5]
+    x, fine = found.solve(right), np.array([0, 2, 4, 5])
     assert np.all(np.isnan(x[[1, 3]]))
     assert_close(x[fine], np.linalg.solve(A[fine], right[fine, :, None])[:, :, 0], 1e-9)
     turned = np.linalg.solve(np.swapaxes(A[fine], 1, 2), right[fine, :, None])[:, :, 0]
@@ -191,3 +193,21 @@ def test_equal_parts_share_their_poles() -> None:
     assert isinstance(parts, Parts)
     assert len(parts.kinds) == 1
     assert parts.reach == 1
+
+
+def test_equal_laws_are_asked_together_whatever_their_joints_are_called() -> None:
+    laws = Linear(1e8), Cubic(1e17)
+    joints = Joint(laws, name="one"), Joint((Linear(1e8), Viscous(3.0)), name="other"), Joint(laws, name="third")
+    assert Several(joints).alike == [[0, 2], [1]]
+
+
+def test_points_that_all_but_coincide_tell_nothing_of_a_top() -> None:
+    """What rounding makes of two points side by side outweighs their distance."""
+    omega = np.array([0.9, 0.95, 0.98, 1.0, 1.0 + 1e-9, 1.03, 1.06, 1.1, 1.15])
+    rounding = 1e-10 * np.array([0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0])
+    size = (1 + rounding) / np.abs(1 - omega**2 + 0.1j * omega)
+    top = 1 / (0.1 * np.sqrt(1 - 0.1**2 / 4))
+    kept = apart(omega)
+    assert kept.tolist() == [0, 1, 2, 3, 5, 6, 7, 8]
+    assert tops(omega[kept], size[kept, None]).amplitude == pytest.approx([top], rel=1e-6)
+    assert abs(tops(omega, size[:, None]).amplitude[0] / top - 1) > 1e-5
