@@ -76,7 +76,7 @@ def write_npz(path: Path, arrays: Mapping[str, Any]) -> None:
     """Write named arrays whole or not at all; the same arrays give the same bytes."""
     import numpy as np
 
-    write(path, lambda file: np.savez(file, **arrays))
+    write(path, lambda file: np.savez_compressed(file, **arrays))
 
 
 def sha256(path: Path) -> str:
