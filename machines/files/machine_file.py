@@ -33,6 +33,7 @@ from ..model.spindle_speed import at_speed
 from ..shapes.outline import Outline, take_outlines
 from .changes import change
 from .component_file import names_a_file, names_files, of_file, of_files
+from .conditions import conditions_of, under
 from .cutting_table import cutting_of, laid_over, response_of, tool_of, with_flutes
 from .named_tools import USE, choose_tool, in_use, name_tools, tools_of
 from .tool_file import within_tool
@@ -41,7 +42,8 @@ from .unread import Unread
 T = TypeVar("T")
 
 _PART = ("component", "connection", "bundle", "axis")
-_OWN = ("name", "author", "parts", "static", "tool", "tools", "spindle", "response", "cutting", "compare", "cuts")
+_OWN = ("name", "author", "parts", "conditions", "static", "tool", "tools", "spindle", "response", "cutting")
+_LAID = ("compare", "cuts")
 
 
 def read_machine(path: Path | str, changes: Mapping[str, Any] | None = None, every_tool: bool = False) -> Machine:
@@ -96,8 +98,8 @@ def _machine(path: Path, changes: Mapping[str, Any] | None, mistakes: Mistakes) 
     tool, _ = document.section("tool").likeness(tool_of)
     response, _ = document.section("response").likeness(response_of)
     cutting = document.section("cutting").read(cutting_of) if document.has("cutting") else None
-    compare, _ = document.each("compare", laid_over)
-    cuts, _ = document.each("cuts", laid_over)
+    compare, cuts = (tuple(document.each(key, laid_over)[0]) for key in _LAID)
+    conditions = document.section("conditions").read(conditions_of) if document.has("conditions") else None
     document.done()
     if astray is not None:
         if not mistakes.sentences:
@@ -111,10 +113,8 @@ def _machine(path: Path, changes: Mapping[str, Any] | None, mistakes: Mistakes) 
         raise Lost
     drive, force, frequency, speed = response or (None, (), None, 0.0)
     axes_of_tool, tool_name, tool_table = tool or ({}, None, "[tool]")
-    if not components and not parts:
-        raise InputError(f"{path}: no component, expected at least one")
     if not components:
-        raise Lost
+        raise Lost if parts else InputError(f"{path}: no component, expected at least one")
     every = [*chain(*connections), *chain(*(bundle.connections for bundle in bundles))]
     machine = Machine(
         components=tuple(components),
@@ -130,13 +130,13 @@ def _machine(path: Path, changes: Mapping[str, Any] | None, mistakes: Mistakes) 
         static=None if static is None else unread.without(static),
         axes=axes,
         bundles=tuple(bundles),
-        compare=tuple(compare),
-        cuts=tuple(cuts),
+        compare=compare,
+        cuts=cuts,
         outlines=outlines,
         source=path,
         author=author,
     )
-    machine = at_speed(machine, speed)
+    machine = at_speed(under(machine, conditions or {}), speed)
     check_sound(machine, whole=not (parts or joins or groups), doubtful=[str(each.table.get("name")) for each in joins])
     return machine
 
@@ -171,7 +171,7 @@ def documents(path: Path, changes: Mapping[str, Any] | None = None, mistakes: Mi
     """The tables of a machine file after those of its parts, opened but not read, with changes in them."""
     document = read_toml(path, "machine", mistakes)
     if mistakes is not None:
-        document.expect(*_PART, *_OWN)
+        document.expect(*_PART, *_OWN, *_LAID)
     own = dict(changes or {})
     change([document], {key: own.pop(key) for key in list(own) if key.startswith("parts")}, str(path))
     parts = [_part(document, file) for file in document.words("parts", ())]
