@@ -43,7 +43,6 @@ T = TypeVar("T")
 
 _PART = ("component", "connection", "bundle", "axis")
 _OWN = ("name", "author", "parts", "conditions", "static", "tool", "tools", "spindle", "response", "cutting")
-_LAID = ("compare", "cuts")
 
 
 def read_machine(path: Path | str, changes: Mapping[str, Any] | None = None, every_tool: bool = False) -> Machine:
@@ -98,7 +97,8 @@ def _machine(path: Path, changes: Mapping[str, Any] | None, mistakes: Mistakes) 
     tool, _ = document.section("tool").likeness(tool_of)
     response, _ = document.section("response").likeness(response_of)
     cutting = document.section("cutting").read(cutting_of) if document.has("cutting") else None
-    compare, cuts = (tuple(document.each(key, laid_over)[0]) for key in _LAID)
+    compare, _ = document.each("compare", laid_over)
+    cuts, _ = document.each("cuts", laid_over)
     conditions = document.section("conditions").read(conditions_of) if document.has("conditions") else None
     document.done()
     if astray is not None:
@@ -130,8 +130,8 @@ def _machine(path: Path, changes: Mapping[str, Any] | None, mistakes: Mistakes) 
         static=None if static is None else unread.without(static),
         axes=axes,
         bundles=tuple(bundles),
-        compare=compare,
-        cuts=cuts,
+        compare=tuple(compare),
+        cuts=tuple(cuts),
         outlines=outlines,
         source=path,
         author=author,
@@ -171,7 +171,7 @@ def documents(path: Path, changes: Mapping[str, Any] | None = None, mistakes: Mi
     """The tables of a machine file after those of its parts, opened but not read, with changes in them."""
     document = read_toml(path, "machine", mistakes)
     if mistakes is not None:
-        document.expect(*_PART, *_OWN, *_LAID)
+        document.expect(*_PART, *_OWN, "compare", "cuts")
     own = dict(changes or {})
     change([document], {key: own.pop(key) for key in list(own) if key.startswith("parts")}, str(path))
     parts = [_part(document, file) for file in document.words("parts", ())]
