@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.special import ndtri
 
 from jointlib.arrays import Array
 
@@ -14,7 +15,7 @@ from ..model.machine import Machine
 from .borders import condition
 from .contest import Entry
 from .distances import Place, first_border
-from .evidence import sound, stable
+from .evidence import scatter, sound, stable
 from .exactness import learnt
 from .posterior import seen
 from .problem import Problem, shaken
@@ -24,6 +25,8 @@ _SPEEDS, _DEPTHS, _DRAWS = 25, 16, 200
 _WIDER, _BELOW, _ABOVE = 1.3, 2, 6
 """Times the depth from one rung beyond the ladder to the next, and how many there are on either side."""
 _SHARES = (0.05, 0.5, 0.95)
+_TURNS = ndtri((np.arange(10) + 0.5) / 10)
+"""Deviations of σ at which a cut turns, each as likely as the others."""
 
 
 @dataclass(frozen=True)
@@ -38,8 +41,8 @@ class Advice:
 
 @dataclass(frozen=True, eq=False)
 class Outlook:
-    """Borders over the range: ``before`` and ``after`` are 5, 50 and 95 % of the depth in m, (3, speeds), up to where
-    borders are looked for."""
+    """Borders over the range: ``before`` and ``after`` are 5, 50 and 95 % of the depth in m at which a cut turns,
+    (3, speeds), see `band`."""
 
     speed: Array
     before: Array
@@ -75,8 +78,8 @@ def outlook(machine: Machine, problem: Problem, believed: Sequence[Entry], safe:
     removed = np.where(through >= safe, speeds[:, None] * ladder, -1.0)
     i, k = np.unravel_index(int(np.argmax(removed)), removed.shape)
     held = Advice(float(speeds[i]), float(ladder[k]), float(through[i, k]), float(bits[i, k]))
-    was = band(places, [part for part, _ in before])
-    return Outlook(speeds, was, band(places, apart), ladder, through, best, held if removed[i, k] > 0 else None)
+    was = band(places, [part for part, _ in before], scatter(rng.standard_normal((_DRAWS, 1))))
+    return Outlook(speeds, was, band(places, apart, sigma), ladder, through, best, held if removed[i, k] > 0 else None)
 
 
 def forecast(
@@ -135,9 +138,16 @@ def _places(machine: Machine, problem: Problem, speeds: Array, ladder: Array, se
     return [Place(at, ladder, k, learned) for k, at in enumerate(conditions)]
 
 
-def band(places: Sequence[Place], apart: Sequence[Array]) -> Array:
-    """Quantiles of the border in m, (3, speeds), or the deepest rung where it lies deeper."""
-    borders = (np.minimum(first_border(one, part), one.depths[-1]) for one, part in zip(places, apart, strict=True))
+def band(places: Sequence[Place], apart: Sequence[Array], sigma: Array) -> Array:
+    """Quantiles of the depth in m at which a cut turns, (3, speeds), or the deepest rung where it does deeper.
+
+    ``sigma`` is the scatter about the border of each draw, (draws, 1), as in the probability of being stable.
+    """
+    turned = np.exp(sigma * _TURNS)
+    borders = (
+        np.minimum(first_border(one, part)[:, None] * turned, one.depths[-1]).ravel()
+        for one, part in zip(places, apart, strict=True)
+    )
     depth = np.stack(list(borders), axis=1)
     return np.asarray(np.quantile(depth, _SHARES, axis=0, method="inverted_cdf"))
 

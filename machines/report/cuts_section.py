@@ -46,7 +46,7 @@ def _chart(report: CutTrace) -> Figure:
         axes.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=4, columnspacing=1.5, handlelength=1.8)
     return Figure(
         paper.svg,
-        "The border of stability with its 5 to 95 % band, by the inputs alone and with the cuts; the cuts by their "
+        "The depths at which cuts turn, 5 to 95 %, by the inputs alone and with the cuts; the cuts by their "
         "verdict, and the one that tells most. Up to the broken line all cuts are stable with the probability asked "
         "for.",
     )

@@ -178,7 +178,7 @@ def halving(seed: int, advised: bool, most: int = 24) -> int:
         found = as_it_is(cuts, machine, table, tool, rng, places)
         if found is not None:
             apart, sigma = found
-            low, _, high = band(places, apart)
+            low, _, high = band(places, apart, np.zeros_like(sigma))
             width.append(float(np.mean(np.log(high / low))))
             bits = told_by(apart, sigma, forced)[1]
         if width and width[-1] < 0.5 * width[0]:
