@@ -20,6 +20,8 @@ _STABLE, _CHATTER = 0.1, 0.3
 """Shares of the vibration in lines that do not repeat: below the one stable, from the other on chatter."""
 _NOISY = 0.3
 """Share of noise from which on it is told."""
+_ALL = 0.95
+"""Share of noise from which on nobody can tell whether it is chatter without a period."""
 _MAINS = (50.0, 60.0)
 _MULTIPLES = 6
 _OFF = 0.002
@@ -85,7 +87,7 @@ def told_by(sound: Sound, background: Sequence[Line] = (), run_out: float | None
     everything = sound.repeated + power + sound.noise
     hump = sound.hump if sound.hump and _share(sound, sound.hump.power) >= _CHATTER else None
     noisy = f"{100 * np.sqrt(sound.noise / everything):.0f} % of the vibration"
-    if hump is None and sound.noise > _NOISY**2 * everything:
+    if hump is None and _NOISY**2 * everything < sound.noise <= _ALL**2 * everything:
         said.append(f"{noisy} is noise, which is no chatter")
     strongest = max(lines, key=lambda line: line.power, default=None)
     step = kept_step(sound, run_out)
@@ -109,6 +111,8 @@ def told_by(sound: Sound, background: Sequence[Line] = (), run_out: float | None
         verdict = "chatter" if rises else "unknown"
         return Heard(verdict, None, "", _share(sound, power + hump.power), speed, tuple(said))
     unknown = _hidden(sound, sound.repeated + power)
+    if not unknown and sound.noise > _ALL**2 * everything:
+        unknown = f"{noisy} is irregular, most of it noise or all of it chatter; {WOULD_TELL}"
     said += [unknown] if unknown else []
     return Heard("unknown" if step.kind or unknown else "stable", None, "", share, speed, tuple(said))
 

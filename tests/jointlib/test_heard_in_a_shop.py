@@ -114,6 +114,15 @@ def test_the_mains_are_left_out_where_they_are_weak_and_not_called_chatter_where
     assert any("a record of the spindle turning without cutting" in said for said in strong.said)
 
 
+@pytest.mark.parametrize(("noise", "verdict"), [(2.0, "stable"), (5.0, "unknown")])
+def test_what_is_nearly_all_noise_is_not_called_stable(noise: float, verdict: str) -> None:
+    """Chatter without a period sounds so, below the lines of the teeth and above: a tool that jumps out of the cut."""
+    wild = np.convolve(np.random.default_rng(5).standard_normal(len(TIME)), np.exp(-np.arange(60) / 12), "same")
+    told = heard(cut(SPEEDS[1], 3) + noise * wild / np.std(wild), RATE, SPEEDS[1], 3, "record")
+    assert told.verdict == verdict
+    assert ("which is no chatter" in " ".join(told.said)) == (verdict == "stable")
+
+
 def test_noise_that_shakes_a_mode_is_not_called_chatter_of_one_record() -> None:
     rng, shaken, pole = np.random.default_rng(4), np.zeros(len(TIME)), np.exp((-0.02 + 1j) * 2 * np.pi * 900 / RATE)
     for i, push in enumerate(rng.standard_normal(len(TIME))):
