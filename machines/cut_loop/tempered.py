@@ -20,6 +20,7 @@ from jointlib.shown.progress import each
 
 from ..indices import Index, Mask
 from ..uncertainty.drawn_machines import draws
+from .contest import NEEDED
 from .posterior import Posterior, evaluated
 from .problem import Problem
 from .suspects import Suspect
@@ -40,6 +41,8 @@ _SETTLED = 30
 _FIRST, _BEHIND = 300, 4.5
 """Draws that every suspect is tried with, and by how many nats it may be behind then and be told after all: three leave
 one of twenty chances, and one and a half more is four times what so few draws err."""
+_LONGER = 3
+"""Times as often that a suspect is moved who may be named but for too few effective draws."""
 
 
 def posteriors(suspects: Sequence[Suspect], problem: Problem, needed: float) -> list[Posterior]:
@@ -48,17 +51,19 @@ def posteriors(suspects: Sequence[Suspect], problem: Problem, needed: float) -> 
     ``needed`` is the evidence that a name needs at least, in nats.
     """
     found = [posterior(one, problem, _FIRST) for one in each("suspects", suspects, len(suspects))]
-    if problem.tool.count <= _FIRST:
-        return found
-    least = max([needed, *(one.evidence for one in found)]) - _BEHIND
-    able = [k for k, one in enumerate(found) if one.evidence >= least]
+    least, many = max([needed, *(one.evidence for one in found)]) - _BEHIND, problem.tool.count > _FIRST
+    able = [k for k, one in enumerate(found) if one.evidence >= least and (many or one.effective < NEEDED)]
     for k in each("suspects that are left", able, len(able)):
-        found[k] = posterior(suspects[k], problem)
+        if many:
+            found[k] = posterior(suspects[k], problem)
+        if found[k].effective < NEEDED:
+            found[k] = posterior(suspects[k], problem, times=_LONGER)
     return found
 
 
-def posterior(suspect: Suspect, problem: Problem, most: int | None = None) -> Posterior:
-    """Draws of a suspect with their weights, as many as there are samples of the tool, or ``most``."""
+def posterior(suspect: Suspect, problem: Problem, most: int | None = None, times: int = 1) -> Posterior:
+    """Draws of a suspect with their weights, as many as there are samples of the tool, or ``most``; moved so many times
+    as often as usual where all cuts count in full."""
     count, name = problem.tool.count, f"{suspect.family} {suspect.member}"
     count = count if most is None else min(count, most)
     size = len(suspect.parameters) + problem.tool.freedom + 1  # the scatter of the verdicts comes last
@@ -66,7 +71,7 @@ def posterior(suspect: Suspect, problem: Problem, most: int | None = None) -> Po
     every = np.arange(count, dtype=np.intp)
     now = evaluated(suspect, problem, every, draws(f"cuts {name}", count, size, problem.seed), every)
     power, length, powers, kept = 0.0, 1.0, [0.0], [now]
-    last = _LAST_OF_MANY if count > _FIRST else _LAST
+    last = times * (_LAST_OF_MANY if count > _FIRST else _LAST)
     while power < 1:
         step = _next(now.total, power)
         archive = now.of(_drawn_anew(step * now.total, rng))

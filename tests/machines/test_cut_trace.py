@@ -707,20 +707,28 @@ def test_a_campaign_is_read_as_it_was_written(tmp_path: Path) -> None:
 
 
 def test_suspects_that_few_draws_put_far_behind_are_not_drawn_in_full(monkeypatch: pytest.MonkeyPatch) -> None:
-    behind = {"likely": 20.0, "near": 16.0, "far": 12.0, "no name": 2.0}
-    tried: list[tuple[str, int]] = []
+    """And who may be named but has few effective draws is moved three times as often."""
+    behind = {"likely": (20.0, 40.0), "near": (16.0, 8.0), "far": (12.0, 8.0), "no name": (2.0, 8.0)}
+    tried: list[tuple[str, int, int]] = []
 
-    def drawn(suspect: str, problem: SimpleNamespace, most: int | None = None) -> SimpleNamespace:
-        tried.append((suspect, min(most or problem.tool.count, problem.tool.count)))
-        return SimpleNamespace(evidence=behind[suspect], count=tried[-1][1])
+    def drawn(suspect: str, problem: SimpleNamespace, most: int | None = None, times: int = 1) -> SimpleNamespace:
+        tried.append((suspect, min(most or problem.tool.count, problem.tool.count), times))
+        evidence, effective = behind[suspect]
+        return SimpleNamespace(evidence=evidence, effective=effective, count=tried[-1][1])
 
     monkeypatch.setattr(tempered, "posterior", drawn)
-    cases = ((2000, list(behind), ["likely", "near"]), (2000, ["no name"], []), (300, list(behind), []))
-    for count, suspects, in_full in cases:
+    again = [("near", 2000, 1), ("near", 2000, 3)]
+    cases = (
+        (2000, list(behind), [("likely", 2000, 1), *again]),
+        (2000, ["no name"], []),
+        (300, list(behind), [("near", 300, 3)]),
+    )
+    for count, suspects, more in cases:
         tried.clear()
         problem = SimpleNamespace(tool=SimpleNamespace(count=count))
         found = tempered.posteriors(suspects, problem, 12.0)  # type: ignore[arg-type]
-        assert tried == [*((one, 300) for one in suspects), *((one, count) for one in in_full)]
+        assert tried == [*((one, 300, 1) for one in suspects), *more]
+        in_full = {name for name, _, _ in more}
         assert [one.count for one in found] == [count if one in in_full else 300 for one in suspects]
 
 
