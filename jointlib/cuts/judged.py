@@ -55,10 +55,10 @@ def heard_of(judged: Sequence[JudgedCut]) -> list[str]:
 def judged_cuts(m: Measurement) -> tuple[JudgedCut, ...]:
     """Every cut of a measurement of kind ``cuts``; the channel of a record that holds most chatter tells it."""
     names = [c.name for c in m.channels if c.quantity not in ("time", "temperature")]
-    recorded = [cut for cut in m.cuts if cut.record is not None]
+    recorded = [(cut, cut.record) for cut in m.cuts if cut.record is not None]
     sounds: list[dict[str, Sound]] = []
-    for cut in recorded:
-        (record,) = read_records(m, [cut.record] if cut.record else [])
+    for cut, source in recorded:
+        (record,) = read_records(m, [source])
         sounds.append({
             name: listen_to_cut(signal, record.sample_rate, cut.speed, cut.teeth, f"{record.name}: {name}")
             for name, signal in record.channels.items()
@@ -68,12 +68,12 @@ def judged_cuts(m: Measurement) -> tuple[JudgedCut, ...]:
         {name: listen(record.channels[name], record.sample_rate, 0.0, 1, f"{record.name}: {name}") for name in names}
         for record in read_records(m, m.with_role("quiet"))
     ]
-    found, k = [], 0
+    tried, found, k = [cut for cut, _ in recorded], [], 0
     for cut in m.cuts:
         if cut.record is None:
             found.append(JudgedCut(cut))
             continue
-        told = [judged_sound(k, recorded, [s[name] for s in sounds], [q[name] for q in quiet]) for name in names]
+        told = [judged_sound(k, tried, [s[name] for s in sounds], [q[name] for q in quiet]) for name in names]
         loudest, background = max(told, key=lambda one: _loudness(one[0]))
         found.append(JudgedCut(cut.judged(loudest.verdict, loudest.chatter_frequency), loudest, background))
         k += 1
