@@ -13,11 +13,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from jointlib.arrays import Array
-from jointlib.cuts.kept_step import kept_step
+from jointlib.cuts.kept_step import CHATTER, kept_step
 from jointlib.cuts.sound import Line, Sound, listen
 
-_STABLE, _CHATTER = 0.1, 0.3
-"""Shares of the vibration in lines that do not repeat: below the one stable, from the other on chatter."""
+_STABLE = 0.1
+"""Share of the vibration in lines that do not repeat below which a cut is stable."""
 _NOISY = 0.3
 """Share of noise from which on it is told."""
 _ALL = 0.95
@@ -75,7 +75,7 @@ def told_by(sound: Sound, background: Sequence[Line] = (), run_out: float | None
     if sound.useless:
         return Heard("unknown", None, "", 0.0, 60 * sound.turning, (*said, sound.useless))
     lines = [line for line in sound.lines if line.loud and line not in background]
-    weak = [line for line in lines if _of_mains(line, sound) and _share(sound, line.power) < _CHATTER]
+    weak = [line for line in lines if _of_mains(line, sound) and _share(sound, line.power) < CHATTER]
     if weak:
         part = _share(sound, sum(line.power for line in weak))
         if part >= _STABLE / 2:
@@ -85,7 +85,7 @@ def told_by(sound: Sound, background: Sequence[Line] = (), run_out: float | None
     power = sum(line.power for line in lines)
     share, speed = _share(sound, power), 60 * sound.turning
     everything = sound.repeated + power + sound.noise
-    hump = sound.hump if sound.hump and _share(sound, sound.hump.power) >= _CHATTER else None
+    hump = sound.hump if sound.hump and _share(sound, sound.hump.power) >= CHATTER else None
     noisy = f"{100 * np.sqrt(sound.noise / everything):.0f} % of the vibration"
     if hump is None and _NOISY**2 * everything < sound.noise <= _ALL**2 * everything:
         said.append(f"{noisy} is noise, which is no chatter")
@@ -102,7 +102,7 @@ def told_by(sound: Sound, background: Sequence[Line] = (), run_out: float | None
             return Heard("unknown", None, "", share, speed, tuple(said))
         order = strongest.frequency / sound.turning / sound.teeth - 0.5
         near = abs(order - round(order)) * sound.teeth * sound.turning < sound.width
-        verdict = "chatter" if share >= _CHATTER else "marginal"
+        verdict = "chatter" if share >= CHATTER else "marginal"
         return Heard(verdict, strongest.frequency, "flip" if near else "hopf", share, speed, tuple(said))
     if hump is not None:
         irregular = f"{noisy} is irregular, most of it about {hump.frequency:.0f} Hz"
@@ -119,9 +119,9 @@ def told_by(sound: Sound, background: Sequence[Line] = (), run_out: float | None
 
 def _hidden(sound: Sound, told: float) -> str:
     """Why nobody can tell whether a cut without lines is stable, ``told`` the power of all lines; or nothing."""
-    if sound.faintest > _CHATTER**2 * (told + sound.faintest):
+    if sound.faintest > CHATTER**2 * (told + sound.faintest):
         return "noise hides whether the cut repeats; a longer record, or a microphone closer to it, would tell"
-    if sound.beside > _CHATTER**2 * (told + sound.beside):
+    if sound.beside > CHATTER**2 * (told + sound.beside):
         return "something stands too close beside lines of the spindle to be told; a longer record would tell"
     return ""
 

@@ -17,8 +17,8 @@ _RUN_OUT, _FLIP = 3.0, 10.0
 _USUAL, _UNUSUAL = 3.0, 30.0
 """Times what it is in other cuts that a line is: to the one run-out, from the other on chatter. Of 318 stable cuts of
 simulated mills with a run-out of a tenth of the feed one in ten was over 3.3 times, none over 12."""
-_HEARD = 0.3
-"""Share of the vibration from which on all such lines would be chatter."""
+CHATTER = 0.3
+"""Share of the vibration from which on lines that are none of the teeth, nor run-out, are chatter."""
 _SHALLOWER = "a shallower cut at this speed would tell: run-out stays, chatter goes"
 _STEP = "chatter that keeps step with the revolution"
 
@@ -69,7 +69,7 @@ def _alone(sound: Sound) -> tuple[str, str]:
 
 def _beside_others(sound: Sound, power: float, run_out: float) -> tuple[str, str]:
     usual = run_out**2 * sound.tooth
-    if sound.in_step < _HEARD**2 * sound.repeated:
+    if sound.in_step < CHATTER**2 * sound.repeated:
         return "", ""
     if power < _USUAL**2 * usual:
         return "", "is run-out: other cuts have it too" if power > sound.tooth else ""

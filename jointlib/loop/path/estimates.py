@@ -11,13 +11,12 @@ from jointlib.effect import JointEffect, Scale
 from jointlib.joint import Joint
 from jointlib.loop.answer.report import Candidate, Estimate
 from jointlib.loop.contest.contestant import bare, moved_by
-from jointlib.loop.path.composed.follower import Follower
-from jointlib.loop.path.composed.input_lag import InputLag
+from jointlib.loop.path.composed.along_input import AlongInput
 from jointlib.loop.path.contest import Entry
 from jointlib.loop.path.fitted import Fitted
 from jointlib.loop.path.steps import Row, Term
 from jointlib.loop.path.trials import Effect, Trial
-from jointlib.modulation import factors_of, lag_name, lags_of, names_of
+from jointlib.modulation import factors_of, lag_name, lags_of
 from jointlib.path_fault import PathFault
 
 _MODEL_FORM = frozenset({"hysteresis"})
@@ -86,10 +85,8 @@ def set_by(term: Term, fitted: Fitted, current: Fitted) -> dict[str, Estimate]:
 
 def _names(effect: Effect, trial: Trial, current: Fitted) -> tuple[str, ...]:
     """Parameters of the mended model that an effect sets."""
-    if isinstance(effect, Follower):
-        return names_of(effect.start(trial.shape["points"], current.joint))
-    if isinstance(effect, InputLag):
-        return (lag_name(effect.condition),)
+    if isinstance(effect, AlongInput):
+        return tuple(effect.sizes(trial.coefficients, trial.shape, current.joint))
     if isinstance(effect, PathFault):
         return tuple(f"{effect.family.replace('-', '_')}.{name}" for name in effect.parameters)
     return moved_by(effect, trial.coefficients, trial.shape, current.joint)
@@ -106,10 +103,9 @@ def _parameters(entry: Entry, current: Fitted) -> Mapping[str, Estimate]:
         coefficients = {f"coefficient_{i}": bare(c, "") for i, c in enumerate(best.coefficients.tolist())}
         units = shape_units(effect, current.joint)
         return coefficients | {n: bare(v, units[n]) for n, v in best.shape.items()}
-    if isinstance(effect, Follower):
-        return {n: bare(v, "1") for n, v in factors_of(best.model.joint.modulations[-1]).items()}
-    if isinstance(effect, InputLag):
-        return {lag_name(effect.condition): bare(float(best.coefficients[0]), "s")}
+    if isinstance(effect, AlongInput):
+        sizes = effect.sizes(best.coefficients, best.shape, current.joint)
+        return {n: bare(v, effect.unit) for n, v in sizes.items()}
     have, units = best.model.joint.parameters, best.model.joint.units
     names = [n for n in have if n not in current.joint.parameters]
     names = names or list(_names(effect, best, current))

@@ -13,8 +13,7 @@ from jointlib.effect import JointEffect
 from jointlib.errors import InputError
 from jointlib.joint import Joint
 from jointlib.loop.path.columns import ColumnStore
-from jointlib.loop.path.composed.follower import Follower
-from jointlib.loop.path.composed.input_lag import InputLag
+from jointlib.loop.path.composed.along_input import AlongInput
 from jointlib.loop.path.evidence import Known, Model
 from jointlib.loop.path.fitted import Fitted, named_by_role
 from jointlib.loop.path.regression import Mask, hold_out, loss, solve, solve_signed, with_columns
@@ -70,13 +69,8 @@ def shapes_of(effect: Effect, current: Fitted) -> tuple[Shape, ...]:
 
 def columns_of(effect: Effect, shapes: Sequence[Shape], current: Fitted, store: ColumnStore) -> Iterator[Array]:
     """Columns of an effect at each shape, (coefficient, sample)."""
-    if isinstance(effect, Follower):
-        for shape in shapes:
-            yield current.evidence.follower_columns(current.joint, effect.start(shape["points"], current.joint))
-        return
-    if isinstance(effect, InputLag):
-        for shape in shapes:
-            yield current.evidence.lag_column(current.joint, effect.condition, shape["lag"])
+    if isinstance(effect, AlongInput):
+        yield from (effect.along(current.evidence, shape, current.joint) for shape in shapes)
         return
     if isinstance(effect, JointEffect):
         yield from store.columns(effect, shapes, current.joint)

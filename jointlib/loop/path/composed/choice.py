@@ -6,8 +6,7 @@ from collections.abc import Iterable, Sequence
 
 from jointlib.effect import JointEffect
 from jointlib.loop.answer.naming import is_declared_pair
-from jointlib.loop.path.composed.follower import Follower
-from jointlib.loop.path.composed.input_lag import InputLag
+from jointlib.loop.path.composed.along_input import AlongInput
 from jointlib.loop.path.fitted import Fitted
 from jointlib.loop.path.steps import Composition, Part, Row, Term, deciding_excess, winner_of
 from jointlib.loop.path.trials import Effect
@@ -94,7 +93,7 @@ def is_another(row: Row, terms: Sequence[Term]) -> bool:
     return any(
         row.entry.family == t.family or is_declared_pair(row.entry.effect, t.effect)
         for t in terms
-        if not isinstance(t.effect, Follower | InputLag)
+        if not isinstance(t.effect, AlongInput)
     )
 
 

@@ -9,10 +9,11 @@ from typing import ClassVar
 import numpy as np
 
 from jointlib.arrays import Array
-from jointlib.effect import JointEffect, Path
 from jointlib.joint import Joint
+from jointlib.loop.path.composed.along_input import AlongInput
+from jointlib.loop.path.evidence import Evidence
 from jointlib.loop.path.preparation import Run
-from jointlib.modulation import Modulation, lags_of, stepped
+from jointlib.modulation import Modulation, factors_of, lags_of, stepped
 from jointlib.parameter import Role, parameters_of
 
 _POINTS = (2.0, 5.0)
@@ -21,7 +22,7 @@ ROLES = (Role.STIFFNESS, Role.DAMPING, Role.SLIP_FORCE, Role.PRELOAD)
 
 
 @dataclass(frozen=True)
-class Follower(JointEffect):
+class Follower(AlongInput):
     """All parameters of one role times a factor φ(u) of an input u, in a straight line or by a monotone table.
 
     f(z, ż; θ φ(u)) with φ = 1 at the median of u. Its coefficients are the factors less 1 at the points of the table
@@ -35,6 +36,7 @@ class Follower(JointEffect):
     """The input at 0, 25, 50, 75 and 100 % of the samples, SI."""
 
     family: ClassVar[str] = "modulation"
+    unit: ClassVar[str] = "1"
     look_alikes: ClassVar[Mapping[str, str]] = {
         "modulation": "Hold each input still in turn: what a parameter follows moves it alone."
     }
@@ -64,8 +66,12 @@ class Follower(JointEffect):
         lag = lags_of(joint.modulations).get(self.condition, 0.0)
         return Modulation(self.role, self.condition, self.quantiles[2], tuple((u, 1.0) for u in at), lag=lag)
 
-    def columns(self, path: Path, shape: Mapping[str, float], joint: Joint) -> Array:
-        raise NotImplementedError("a follower needs the input along the path, see Evidence.factor_columns")
+    def along(self, evidence: Evidence, shape: Mapping[str, float], joint: Joint) -> Array:
+        return evidence.follower_columns(joint, self.start(shape["points"], joint))
+
+    def sizes(self, coefficients: Array, shape: Mapping[str, float], joint: Joint) -> dict[str, float]:
+        moved = stepped(self.start(shape["points"], joint), coefficients)
+        return {} if moved is None else factors_of(moved)
 
     def apply(self, coefficients: Array, shape: Mapping[str, float], joint: Joint) -> Joint | None:
         moved = stepped(self.start(shape["points"], joint), coefficients)

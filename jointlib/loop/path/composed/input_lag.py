@@ -9,9 +9,11 @@ from typing import ClassVar
 import numpy as np
 
 from jointlib.arrays import Array
-from jointlib.effect import JointEffect, Path
 from jointlib.joint import Joint
+from jointlib.loop.path.composed.along_input import AlongInput
+from jointlib.loop.path.evidence import Evidence
 from jointlib.loop.path.preparation import Run
+from jointlib.modulation import lag_name
 
 _LONGEST = 0.1
 """Of the longest record: what follows later than that is hardly told from what does not follow."""
@@ -19,7 +21,7 @@ _RATIO = 3.0
 
 
 @dataclass(frozen=True)
-class InputLag(JointEffect):
+class InputLag(AlongInput):
     """The parameters follow v with lag · v̇ + v = u instead of the input u itself.
 
     To first order the coefficient is the lag in s, round the lag of a grid that fits best. Only where the input changes
@@ -32,6 +34,7 @@ class InputLag(JointEffect):
     """That are tried, s."""
 
     family: ClassVar[str] = "input-lag"
+    unit: ClassVar[str] = "s"
     look_alikes: ClassVar[Mapping[str, str]] = {
         "lag": "Hold the input still and move: a late force is late there too, a lag of the input does not show.",
         "relaxation": "Hold the input still and move at several frequencies: there a lag of the input does not show.",
@@ -50,8 +53,11 @@ class InputLag(JointEffect):
         own = [m for m in joint.modulations if m.condition == self.condition]
         return tuple({"lag": lag} for lag in self.lags) if own and not any(m.lag for m in own) else ()
 
-    def columns(self, path: Path, shape: Mapping[str, float], joint: Joint) -> Array:
-        raise NotImplementedError("a lag needs the input along the path, see Evidence.lag_column")
+    def along(self, evidence: Evidence, shape: Mapping[str, float], joint: Joint) -> Array:
+        return evidence.lag_column(joint, self.condition, shape["lag"])
+
+    def sizes(self, coefficients: Array, shape: Mapping[str, float], joint: Joint) -> dict[str, float]:
+        return {lag_name(self.condition): float(coefficients[0])}
 
     def apply(self, coefficients: Array, shape: Mapping[str, float], joint: Joint) -> Joint | None:
         lag = float(coefficients[0])
