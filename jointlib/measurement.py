@@ -30,6 +30,7 @@ QUANTITIES = {
     "force": "N",
     "sound": "Pa",
     "voltage": "V",
+    "current": "A",
     "temperature": "K",
     "time": "s",
 }
@@ -72,7 +73,7 @@ class Channel:
     """Largest value the sensor shows, in ``si_unit``; makes clipping decidable."""
     remove_mean: bool = False
     is_input: bool = False
-    """A control voltage or temperature that may modulate parameters."""
+    """A control voltage, a current or a temperature that may modulate parameters."""
     column: str | None = None
     """Heading in the record files; None where that is the name."""
     label: str | None = None
@@ -252,8 +253,7 @@ class Measurement(Shown):
         return f"{said} at {self.sample_rate:g} Hz" if self.sample_rate else said
 
     def columns(self) -> Columns:
-        """A row per record as declared, nan where nothing is said; of frequency responses the force, where it acted and
-        what moved."""
+        """A row per record as declared, nan where nothing is said; of frequency responses force, place, what moved."""
         if self.kind == CUTS:
             return cut_columns(self.cuts)
         told: dict[str, Any] = {

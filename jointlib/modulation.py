@@ -18,6 +18,7 @@ CONDITIONS: Mapping[str, str] = {
     "temperature": "K",
     "preload": "N",
     "voltage": "V",
+    "current": "A",
     "speed": "m/s",
     "spindle-speed": "rpm",
 }
@@ -40,8 +41,8 @@ class Modulation:
 
     role: Role
     condition: str
-    """"time" (s), "position" (m), "temperature" (K), "preload" (N), "voltage" (V), "speed" of a feed (m/s) or
-    "spindle-speed" (rpm)."""
+    """"time" (s), "position" (m), "temperature" (K), "preload" (N), "voltage" (V), "current" (A), "speed" of
+    a feed (m/s) or "spindle-speed" (rpm)."""
     reference: float
     """Value of the condition, in SI, at which the parameters are those of the joint; the factor is 1 there."""
     table: tuple[tuple[float, float], ...]

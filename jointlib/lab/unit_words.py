@@ -72,6 +72,10 @@ _PLAIN = {
     "mv": "mV",
     "uv": "uV",
     "µv": "uV",
+    "a": "A",
+    "amp": "A",
+    "amps": "A",
+    "ma": "mA",
     "k": "K",
     "°c": "degC",
     "degc": "degC",
@@ -95,11 +99,12 @@ _OF = {
     "displacement": {"m", "mm", "um", "nm", "inch", "thou"},
     "force": {"N", "kN", "mN", "lbf", "kgf"},
     "voltage": {"V", "mV", "uV"},
+    "current": {"A", "mA"},
     "temperature": {"K", "degC", "degF"},
     "time": {"s", "ms", "us", "min"},
 }
 _FREQUENCY = {"hz": "Hz", "khz": "kHz"}
-_OTHER = {"-", "1", "%", "rad", "deg", "°", "rpm", "1/min", "bar", "pa", "mpa", "kpa", "nm/rad", "a", "ma", "dim", "pc"}
+_OTHER = {"-", "1", "%", "rad", "deg", "°", "rpm", "1/min", "bar", "pa", "mpa", "kpa", "nm/rad", "dim", "pc"}
 _BRACKETS = re.compile(r"\[([^\[\]]*)\]|\(([^()]*)\)")
 _IN = re.compile(r"(?:\s+in\s+|\s*/\s*)\(?([^\s()/]+(?:/[^\s()]+)?)\)?$")
 
@@ -124,7 +129,7 @@ def quantity_of(unit: str) -> str | None:
 _BARE = str.maketrans("", "", "()")
 _ELECTRIC = re.compile(r"[munpkµ]?([VCA])")
 _TORQUE = "N m"
-_TORQUES = re.compile(r"N[ ·*.⋅-]?m")
+_TORQUES = re.compile(r"N[ ·*.⋅-]?[mM]")
 
 
 def electric(unit: str) -> str | None:

@@ -20,7 +20,7 @@ def read(folder: Path) -> dict[str, Array]:
     return dict(record.channels)
 
 
-@pytest.mark.parametrize("unit", ["(N·m)", "[Nm]", "[N m]", "/Nm"])
+@pytest.mark.parametrize("unit", ["(N·m)", "[Nm]", "[NM]", "[N m]", "/Nm"])
 def test_a_torque_is_a_force_over_the_lead_of_a_screw_and_no_nanometres(tmp_path: Path, unit: str) -> None:
     record = saved(tmp_path / "r.csv", f"time [s];position [mm];torque{unit}", Z, NOISE[0])
     refused(tmp_path, str(record), "is a torque; of a screw 2π over its lead (--set channel.torque.sensitivity='628 ")

@@ -206,13 +206,15 @@ def test_the_kind_that_signals_tell(
     assert read_measurement(tmp_path / "m.measurement.toml").kind == kind
 
 
-def test_a_voltage_beside_force_and_motion_is_an_input(tmp_path: Path) -> None:
-    record = saved(tmp_path / "r.csv", "t [s];Weg [mm];Kraft [kN];Spannung [V]", *NOISE[:3])
+@pytest.mark.parametrize(("heading", "quantity"), [("Steuerung [V]", "voltage"), ("Steuerung in mA", "current")])
+def test_a_voltage_or_current_beside_force_and_motion_is_an_input(tmp_path: Path, heading: str, quantity: str) -> None:
+    record = saved(tmp_path / "r.csv", f"t [s];Weg [mm];Kraft [kN];{heading}", *NOISE[:3])
     done = imported(tmp_path, str(record))
-    assert "channel.spannung.input = true is a guess" in done.out
-    kept = {c.name: c.is_input for c in read_measurement(tmp_path / "m.measurement.toml").channels}
-    assert kept == {"weg": False, "kraft": False, "spannung": True}
-    imported(tmp_path, f"{record} --set channel.spannung.input=false", "n.measurement.toml")
+    assert f"channel.steuerung.input = true is a guess: parameters may follow a {quantity}" in done.out
+    test = read_measurement(tmp_path / "m.measurement.toml")
+    assert {c.name: c.is_input for c in test.channels} == {"weg": False, "kraft": False, "steuerung": True}
+    assert test.channels[-1].quantity == quantity
+    imported(tmp_path, f"{record} --set channel.steuerung.input=false", "n.measurement.toml")
     assert not any(c.is_input for c in read_measurement(tmp_path / "n.measurement.toml").channels)
 
 

@@ -43,6 +43,7 @@ def channels_of(
     for column in first.columns:
         called[identifier(column.name, called)] = column
     settings = _by_column(said, called)
+    forced = any(by_unit(units.get(c.name, "") or c.unit) == "force" for c in first.columns)
     values: dict[str, Array] = {}
     for name, column in called.items():
         if column.name == clock and name not in settings:
@@ -57,7 +58,11 @@ def channels_of(
         if _counts(column, units.get(column.name, "")) and name not in settings:
             draft.guesses.append(f"column {column.name!r} counts the rows and is left out")
             continue
-        table = _channel(draft, name, column, units.get(column.name, "") or column.unit, settings.get(name, {}))
+        unit = units.get(column.name, "") or column.unit
+        if by_unit(unit) == "current" and name not in settings and not forced:
+            draft.guesses.append(f"column {column.name!r} {_driven(unit, f'channel.{name}')} and is left out")
+            continue
+        table = _channel(draft, name, column, unit, settings.get(name, {}))
         if table is not None:
             draft.channels.append(table)
             values[str(table["name"].value)] = column.values
@@ -118,8 +123,8 @@ def _channel(draft: Draft, name: str, column: Column, unit: str, said: Mapping[s
         quantity = _sensed(str(sensitivity)) or quantity
     if unit and known is None and not said:
         what = f"is in {unit!r}, which no channel is read in,"
-        if kind := electric(unit):
-            what = f"is {_DRIVEN[kind][0]} (--set {at}.sensitivity={_DRIVEN[kind][1]!r} makes it a force)"
+        if electric(unit):
+            what = _driven(unit, at)
         draft.guesses.append(f"column {column.name!r} {what} and is left out")
         return None
     ending = "" if unit else ending_unit(column.name)
@@ -153,6 +158,12 @@ def _channel(draft: Draft, name: str, column: Column, unit: str, said: Mapping[s
         table["gain"] = Noted(float(column.factor), "units of the file (set 164)")
     draft.override(table, {key: value for key, value in said.items() if key not in ("name", "quantity")})
     return table
+
+
+def _driven(unit: str, at: str) -> str:
+    """What a column is that tells a force by a sensitivity."""
+    told, like = _DRIVEN[electric(unit) or "A"]
+    return f"is {told} (--set {at}.sensitivity={like!r} makes it a force)"
 
 
 def _unit(

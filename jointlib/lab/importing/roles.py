@@ -44,12 +44,12 @@ def rig_roles(draft: Draft, said: Mapping[str, Any]) -> None:
 
 
 def followed_inputs(draft: Draft) -> None:
-    """A voltage or temperature beside the force and the motion of a path is one that parameters may follow."""
+    """A voltage, current or temperature beside the force and the motion of a path is one that parameters may follow."""
     quantities = [str(t["quantity"].value) for t in draft.channels]
     if "force" not in quantities or not {"displacement", "position"} & set(quantities):
         return
     for table, quantity in zip(draft.channels, quantities, strict=True):
-        if quantity in ("voltage", "temperature") and "input" not in table:
+        if quantity in ("voltage", "current", "temperature") and "input" not in table:
             why = f"parameters may follow a {quantity} beside force and motion"
             draft.guess(table, "input", True, why, f"channel.{table['name'].value}.input=false")
 

@@ -18,6 +18,7 @@ _WORDS = (
     ("position", r"pos|\bq\w*\b"),
     ("temperature", r"temp"),
     ("voltage", r"volt|spannung|tension|^u\d*$"),
+    ("current", r"current|strom|courant|corriente|^i\d*$"),
 )
 """Words in a heading, and the quantity that they speak of; the first that fits."""
 

@@ -17,14 +17,8 @@ from jointlib.path_fault import PathFault, PathRecord
 
 _CLOSE = 1e-3
 _STEPS = 5
-_CONDITION = {
-    "voltage": "voltage",
-    "temperature": "temperature",
-    "force": "preload",
-    "position": "position",
-    "velocity": "speed",
-    "time": "time",
-}
+_ALIKE = ("voltage", "current", "temperature", "position", "time")
+_CONDITION = {**{quantity: quantity for quantity in _ALIKE}, "force": "preload", "velocity": "speed"}
 """What an input is, by the quantity of its channel."""
 _SAMPLES = 32
 """In a period of the cutoff frequency, of records that are sampled more than twice as densely."""

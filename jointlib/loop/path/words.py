@@ -175,9 +175,9 @@ def volts(measurement: Measurement) -> list[str]:
 
 
 def unfollowed(measurement: Measurement) -> list[str]:
-    """Voltages and temperatures that nothing says parameters may follow."""
+    """Voltages, currents and temperatures that nothing says parameters may follow."""
     told = "takes no part; with input = true in its [[channel]] parameters may follow it."
-    idle = [c for c in measurement.channels if c.quantity in ("voltage", "temperature") and not c.is_input]
+    idle = [c for c in measurement.channels if c.quantity in ("voltage", "current", "temperature") and not c.is_input]
     return [f"Channel {c.name} ({c.quantity}) {told}" for c in idle]
 
 
