@@ -45,14 +45,17 @@ class PathFault(ABC):
     """True for a mass on the acceleration of the path: its column is that acceleration, it is in question where the
     measurement declares no carriage, and a correction gives the measurement that carriage and leaves the force."""
     requires: ClassVar[str] = ""
-    """What the records must have for it to be decided: "clock" (one laboratory time for all of them), "position" (a
-    channel of the feed position), or nothing."""
+    """What the records must have for it to be decided: "clock" (one laboratory time for all of them), or nothing."""
     experiment: ClassVar[str] = ""
     """What would decide it where that is missing."""
 
     def shapes(self, scale: Scale, records: Sequence[PathRecord]) -> tuple[Shape, ...]:
         """Grid of shape parameters to try; nothing where not applicable."""
         return ({},)
+
+    def likely(self, shapes: Sequence[Shape], position: Array, residual: Array) -> Sequence[Shape]:
+        """Those of the shapes that a residual in N at these positions in m may hold, where a glance can tell."""
+        return shapes
 
     @abstractmethod
     def columns(self, record: PathRecord, shape: Shape) -> Array:
@@ -67,7 +70,7 @@ class PathFault(ABC):
         return {n: v if n in self.shape_parameters else v + further[n] for n, v in known.items()}
 
     shape_parameters: ClassVar[frozenset[str]] = frozenset()
-    """Those of ``parameters`` that are no linear coefficients."""
+    """Those of ``parameters`` that are no linear coefficients; from the grid on they are fitted along their slopes."""
 
     @abstractmethod
     def undo(self, force: Array, time: Array, position: Array, parameters: Mapping[str, float]) -> Array:

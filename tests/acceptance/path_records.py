@@ -86,13 +86,13 @@ EFFECTS: dict[str, Callable[[Array, Motion], Array]] = {
     "missing-mass": lambda t, m: m.at(t, 2),
     "hysteresis": _loop,
     "modulation": lambda t, m: (m.u(t) - 2.5) * _dry(t, m),
-    "ripple": lambda t, m: np.cos(2 * np.pi * m.at(t) / (0.9 * STROKE) + 0.4),
+    "position-stiffness": lambda t, m: np.cos(2 * np.pi * m.at(t) / (0.9 * STROKE) + 0.4),
     "damping-by-displacement": lambda t, m: m.at(t) ** 2 * m.at(t, 1),
     "stiffness-by-speed": lambda t, m: m.at(t) * m.at(t, 1) ** 2,
     "slow-force": lambda t, m: np.cos(2 * np.pi * 0.37 * t),
 }
-"""Force of each effect at unit size; the last four are of no family of the catalogue. ``lag`` shifts all of them."""
-OUTSIDE = ("ripple", "damping-by-displacement", "stiffness-by-speed", "slow-force")
+"""Force of each effect at unit size; the last three are of no family of the catalogue. ``lag`` shifts all of them."""
+OUTSIDE = ("damping-by-displacement", "stiffness-by-speed", "slow-force")
 
 
 @dataclass(frozen=True)

@@ -36,11 +36,13 @@ SETS: dict[str, tuple[tuple[str, ...], ...]] = {
         ("quadratic-damping",),
         ("viscous-by-direction",),
         ("lag",),
+        ("position-stiffness",),
         ("coulomb", "cubic"),
         ("coulomb", "quadratic"),
         ("coulomb", "quadratic-damping"),
         ("coulomb", "viscous-by-direction"),
         ("coulomb", "modulation"),
+        ("coulomb", "position-stiffness"),
         ("cubic", "viscous-by-direction"),
         ("quadratic", "lag"),
         ("hysteresis", "viscous-by-direction"),
@@ -61,7 +63,7 @@ SETS: dict[str, tuple[tuple[str, ...], ...]] = {
 """What is hidden in the records, by how they move. ``modulation`` brings the friction that follows with it."""
 FOREIGN: tuple[tuple[str, ...], ...] = (
     *((name,) for name in OUTSIDE),
-    ("ripple", "coulomb"),
+    ("slow-force", "coulomb"),
     ("damping-by-displacement", "cubic"),
     ("stiffness-by-speed", "slow-force"),
 )

@@ -43,4 +43,4 @@ def test_a_lag_alone_gets_no_second_effect_in_exchange_for_one_that_it_does_not_
 
 @pytest.mark.slow
 def test_what_is_of_no_family_is_not_named_beside_what_is() -> None:
-    assert not named(run(Case(("ripple", "coulomb"), "random", 40, 0)))
+    assert not named(run(Case(("slow-force", "coulomb"), "random", 40, 0)))

@@ -362,16 +362,21 @@ def test_an_effect_that_does_not_load_is_said(monkeypatch: pytest.MonkeyPatch) -
 
 
 @pytest.mark.slow
-def test_a_force_that_repeats_with_the_pitch_of_the_screw_is_a_fault_of_the_feed(tmp_path: Path) -> None:
+@pytest.mark.parametrize("quantity", ["position", "displacement"])
+def test_a_force_that_repeats_with_the_pitch_of_the_screw_is_a_fault_of_the_feed(tmp_path: Path, quantity: str) -> None:
     def ripple(z: Array, v: Array) -> Array:
         return np.asarray(9.0 * np.sin(2 * np.pi * z / 0.0025 + 0.7))
 
-    report = traced(tmp_path, ripple, VISCOUS)
+    measured = measurement(tmp_path, Mass(None), fit=(drive(ripple, cycle((0.05, 0.1, 0.2), 3)), "fit", None))
+    place, force = measured.channels
+    report = trace(replace(measured, channels=(replace(place, quantity=quantity), force)), VISCOUS)
     assert report.chosen is not None
     assert report.chosen.family == "position-stiffness"
     assert report.mended.parameters.keys() == VISCOUS.parameters.keys()
-    found = report.corrections[0].parameters
-    assert found["wavelength"] == pytest.approx(0.0025, rel=0.01)
+    found, told = report.corrections[0].parameters, report.chosen.parameters["position_stiffness.wavelength"]
+    # Of wavelengths between those of the grid, which lie 2.5 % apart here, the fit leaves what noise leaves.
+    assert found["wavelength"] == told.value == pytest.approx(0.0025, abs=3 * told.standard_error)
+    assert told.standard_error < 1e-3 * told.value
     assert np.hypot(found["cosine"], found["sine"]) == pytest.approx(9.0, rel=0.1)
 
 

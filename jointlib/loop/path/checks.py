@@ -49,6 +49,4 @@ def missing_of(measurement: Measurement, records: Sequence[Record]) -> dict[str,
     starts = [r.source.start for r in records]
     if len(records) > 1 and not measurement.of("time") and any(s is None for s in starts):
         out["clock"] = "the records share no clock"
-    if not measurement.of("position"):
-        out["position"] = "no position of the feed"
     return out

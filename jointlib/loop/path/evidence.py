@@ -20,7 +20,7 @@ from jointlib.loop.path.strokes import Division
 from jointlib.measurement import Mass
 from jointlib.modulation import Modulation, is_fitted, lag_name, lags_of, names_of
 from jointlib.parameter import parameters_of
-from jointlib.path_fault import PathFault
+from jointlib.path_fault import PathFault, PathRecord
 
 _OF_THE_MOTION = (
     *("acceleration", "rows", "sizes", "run_power", "block_power", "run_weight", "block_weight", "root_weight"),
@@ -29,26 +29,48 @@ _OF_THE_MOTION = (
 """Of what an evidence remembers, that which is the same whatever faults of the force are undone."""
 _STEP = 1e-2
 """Of a lag, for the slope of the force over it."""
+_SLOPE = 1e-5
+"""Share of a shape, such as a wavelength, over which the slope of a fault of the force is taken."""
 
 
 @dataclass(frozen=True)
 class Known:
-    """A fault of the force that is undone, with its shape and its physical parameters."""
+    """A fault of the force that is undone, with its physical parameters."""
 
     fault: PathFault
-    shape: Mapping[str, float]
     parameters: Mapping[str, float]
 
     @property
+    def shape(self) -> dict[str, float]:
+        return {n: value for n, value in self.parameters.items() if n in self.fault.shape_parameters}
+
+    @property
     def names(self) -> tuple[str, ...]:
-        """Of its linear parameters, in the order of its columns."""
-        own = [p for p in self.fault.parameters if p not in self.fault.shape_parameters]
-        return tuple(f"{self.fault.family.replace('-', '_')}.{p}" for p in own)
+        """Of its parameters, in the order of its columns: linear ones first."""
+        linear = [p for p in self.fault.parameters if p not in self.shape]
+        return tuple(f"{self.fault.family.replace('-', '_')}.{p}" for p in (*linear, *self.shape))
 
     def moved(self, step: Array) -> Known:
-        """With the linear parameters moved by the coefficients that are left beside the undone fault."""
-        further = self.fault.correction(step, self.shape)
-        return self if further is None else replace(self, parameters=self.fault.combined(self.parameters, further))
+        """With the parameters moved by the coefficients that are left beside the undone fault."""
+        own, shape = step[: len(step) - len(self.shape)], self.shape
+        further = self.fault.correction(own, shape)
+        if further is None:
+            return self
+        steps = zip(shape.items(), step[len(own) :].tolist(), strict=True)
+        turned = {n: value + float(np.clip(by, -value / 2, value / 2)) for (n, value), by in steps}
+        return replace(self, parameters={**self.fault.combined(self.parameters, further), **turned})
+
+    def columns(self, record: PathRecord) -> Array:
+        """What each parameter adds to F per unit, at the full rate, (parameter, sample): a shape by its slope there."""
+        slopes = []
+        for name, value in self.shape.items():
+            step = _SLOPE * value
+            more, less = (self._added(record, {**self.parameters, name: value + h}) for h in (step, -step))
+            slopes.append((more - less) / (2 * step))
+        return np.vstack([self.fault.columns(record, self.shape), *slopes])
+
+    def _added(self, record: PathRecord, parameters: Mapping[str, float]) -> Array:
+        return -self.fault.undo(np.zeros_like(record.force), record.time, record.position, parameters)
 
 
 @dataclass(frozen=True)
@@ -210,9 +232,12 @@ class Evidence:
 
     def fault_columns(self, fault: PathFault, shape: Mapping[str, float]) -> Array:
         """What each coefficient of a fault adds to F, filtered and thinned, (coefficient, sample)."""
+        return self._of_fault(fault, lambda record: fault.columns(record, shape))
+
+    def _of_fault(self, fault: PathFault, columns: Callable[[PathRecord], Array]) -> Array:
         if fault.inertia:
             return self.acceleration[None]
-        return np.concatenate([run.column(fault.columns(run.recorded, shape)) for run in self.runs], axis=1)
+        return np.concatenate([run.column(columns(run.recorded)) for run in self.runs], axis=1)
 
     @cached_property
     def plant(self) -> tuple[tuple[str, ...], Array]:
@@ -223,5 +248,5 @@ class Evidence:
             names, columns = ["mass", *names], [self.acceleration[None], *columns]
         for known in self.faults:
             names += known.names
-            columns.append(self.fault_columns(known.fault, known.shape))
+            columns.append(self._of_fault(known.fault, known.columns))
         return tuple(names), np.concatenate(columns)

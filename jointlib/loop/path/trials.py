@@ -64,7 +64,9 @@ def shapes_of(effect: Effect, current: Fitted) -> tuple[Shape, ...]:
         return () if again and shapes and all(k.startswith("smoothing") for k in shapes[0]) else shapes
     if any(known.fault.family == effect.family for known in current.model.faults):
         return ()
-    return effect.shapes(evidence.scale, [run.recorded for run in evidence.runs])
+    shapes = effect.shapes(evidence.scale, [run.recorded for run in evidence.runs])
+    position = np.concatenate([run.recorded.position[run.keep] for run in evidence.runs])
+    return tuple(effect.likely(shapes, position, current.residual))
 
 
 def columns_of(effect: Effect, shapes: Sequence[Shape], current: Fitted, store: ColumnStore) -> Iterator[Array]:
@@ -153,7 +155,7 @@ def applied(
     faults, own = (current.model if onto is None else onto).faults, beta[len(current.names) :]
     if isinstance(effect, PathFault):
         parameters = effect.correction(own, shape)
-        return None if parameters is None else Model(joint, (*faults, Known(effect, shape, parameters)))
+        return None if parameters is None else Model(joint, (*faults, Known(effect, parameters)))
     try:
         mended = effect.apply(own, shape, joint)
     except InputError:
