@@ -47,7 +47,8 @@ class Maxwell(JointLaw):
         travel, stretch = np.diff(displacement, axis=0, prepend=displacement[:1]), np.empty(displacement.shape)
         for at in np.ndindex(forgotten.shape):
             here = (slice(None), *at)
-            stretch[here] = scipy.signal.lfilter([float(followed[at])], [1.0, float(forgotten[at]) - 1.0], travel[here])
+            band = np.vstack([np.ones(len(travel)), np.full(len(travel), forgotten[at] - 1.0)])
+            stretch[here] = scipy.linalg.solve_banded((1, 0), band, followed[at] * travel[here])
         return self.stiffness * stretch
 
     def jacobian(self, motion: Motion, state: Array) -> tuple[Array, Array]:
