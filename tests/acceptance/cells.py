@@ -85,6 +85,11 @@ PAIRS = (
     "rocking-mode+coulomb",
     "cubic+stiffness-drift",
 )
+TRIPLES = (
+    "coulomb+cubic+gain-carried",
+    "quadratic+quadratic-damping+delay-force",
+    "cubic+missing-mass+stiffness-drift",
+)
 MAKERS = CATALOGUE | HELD | OUTSIDE | EMPTY | LOUD | EXACT
 SIGNALS, DECIBELS, SEEDS = ("MS", "AM"), (60.0, 40.0, 30.0), range(5)
 
@@ -94,7 +99,7 @@ class Cell:
     """One data set and what is done with it."""
 
     group: str
-    """main | null | outside | removed | coverage | two | peaks | small | held | loud."""
+    """main | null | outside | removed | coverage | two | three | peaks | small | held | loud."""
     effect: str
     signal: str
     decibel: float
@@ -137,7 +142,8 @@ GROUPS: dict[str, list[Cell]] = {
     + grid("outside", BY_AMPLITUDE, ["AM"], [60.0, 40.0], SEEDS),
     "removed": grid("removed", CATALOGUE, ["MS"], [40.0], SEEDS),
     "coverage": grid("coverage", EXACT, ["MS"], DECIBELS, range(10)),
-    "two": grid("two", PAIRS, ["MS"], [40.0], SEEDS),
+    "two": grid("two", PAIRS, ["MS"], DECIBELS[:2], SEEDS),
+    "three": grid("three", TRIPLES, ["MS"], DECIBELS[:2], SEEDS),
     "peaks": grid("peaks", PAIRS, ["MS"], [40.0], SEEDS),
     "small": grid("small", CATALOGUE, ["MS"], [40.0], SEEDS, 0.2),
     "held": grid("held", HELD, SIGNALS, [60.0, 40.0], range(20)),

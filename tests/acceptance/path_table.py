@@ -23,7 +23,7 @@ from pathlib import Path  # noqa: E402
 from typing import Any  # noqa: E402
 
 from path_records import OUTSIDE, Case, write  # noqa: E402
-from summary import PATHS  # noqa: E402
+from summary import PATHS, SEVERAL  # noqa: E402
 
 from jointlib import read_joint, read_measurement, trace  # noqa: E402
 
@@ -191,10 +191,9 @@ def main() -> None:
             with options.out.open("a") as file:
                 file.write(json.dumps(row) + "\n")
     if options.page:
-        text = options.page.read_text()
-        options.page.write_text(
-            text[: text.index(PATHS)] + page(have) if PATHS in text else f"{text.rstrip()}\n\n{page(have)}"
-        )
+        before, _, rest = options.page.read_text().partition(PATHS)
+        _, heading, after = rest.partition(SEVERAL)
+        options.page.write_text(before + page(have) + (f"\n{heading}{after}" if heading else ""))
 
 
 if __name__ == "__main__":

@@ -27,7 +27,9 @@ MISSED: dict[str, str] = {
 MACHINES = "## Measured FRFs of a machine"
 """Where the part on machines begins."""
 PATHS = "## Several effects along a path"
-"""Where the part on paths begins, the last one."""
+"""Where the part on paths begins."""
+SEVERAL = "## Several effects on a rig"
+"""Where the part on rigs with several effects begins, the last one."""
 INTERVALS = ("gain", "delay", "mass", "stiffness3", "slip_force")
 
 

@@ -59,7 +59,7 @@ def without(families: Sequence[str]) -> Callable[[str], Installed]:
 def run(cell: Cell) -> Row:
     """Simulate, trace, and keep what the table needs."""
     try:
-        test, simulating = _simulated(cell.effect, cell.signal, cell.seed, cell.size, cell.group == "two")
+        test, simulating = _simulated(cell.effect, cell.signal, cell.seed, cell.size, cell.group in ("two", "three"))
     except NoMotion as error:
         nobody: Row = {"truth": [], "site": "", "values": {}, "verdict": "error", "error": str(error)}
         return {"name": cell.name, **cell.row(), **nobody}

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -18,6 +18,8 @@ _MOST_TERMS = 3
 _LEAST_SHARE = 0.05
 _TOO_SMALL = 1e-3
 """Of the first term's gain: below this what is left is the error of its form, not another effect."""
+_PROMISING = 0.3
+"""Of what the terms before leave: where one explains less, no set with a third will be named."""
 _STARTS = (0.5, 1.0, 0.2)
 """Of its linear fit: where a second element starts from while the first still has the whole size."""
 
@@ -32,12 +34,37 @@ class Term:
     """With one element of it: what its name is judged by."""
     fitted: Fitted
     """With a second element of the same family where the records show that one does not have its form."""
+    beside: Round | None = None
+    """The contest beside all other terms, refitted without it, if it wins there too."""
 
 
 def explained(start: Fitted, mended: Fitted) -> float:
     """Share of the excess of the start that is gone from a mended model; 1 where there was none."""
     before, after = (total_excess(f.localised) for f in (start, mended))
     return 1.0 if before <= 0 else 1 - after / before
+
+
+def adds(term: Term, terms: Sequence[Term]) -> float:
+    """Share of what all other terms leave that a term explains beside them; nothing where another takes its place."""
+    return 0.0 if term.beside is None else explained(term.beside.fitted, terms[-1].fitted)
+
+
+def together(start: Fitted, terms: Sequence[Term]) -> bool:
+    """Whether the first term is too little for a name alone, and each of several explains as much as that demands of
+    what the others leave.
+
+    A stack that imitates something else leaves more: the parts of two effects that resemble a third make up for one
+    another, so that the last of them explains nine tenths of what the others leave, not 97 %. Noise must not hide
+    that difference.
+    """
+    if len(terms) < 2 or explained(start, terms[0].alone) >= NAMED_ON_A_RIG_FROM:
+        return False
+    whole = terms[-1].fitted.model
+    least = _hidden(whole) / (1 - NAMED_ON_A_RIG_FROM)
+    return all(
+        t.beside is not None and t.beside.model.loss - whole.loss > least and adds(t, terms) >= NAMED_ON_A_RIG_FROM
+        for t in terms
+    )
 
 
 def grown(fitted: Fitted, row: Row) -> Fitted | None:
@@ -58,12 +85,16 @@ def search(start: Fitted, field: Sequence[Contestant]) -> tuple[Round, tuple[Ter
         terms.append(_term(current, current.winner, bigger, field, first=not terms))
         if len(terms) == 1:
             least = _LEAST_SHARE * current.winner.score.gain
-        elif len(terms) == 2:
-            # Once: beside a third term the same question costs more than the rest of the trace, and names nothing.
+        elif len(terms) == 2 or explained(start, terms[0].alone) < NAMED_ON_A_RIG_FROM:
+            # Beside a third the question costs more than the rest of the trace: not where the first is named alone.
             terms = _exchanged(start, field, terms)
             if explained(start, terms[0].alone) < NAMED_ON_A_RIG_FROM:
-                # No name will come of this, and two hypotheses are enough.
-                return opening, tuple(terms), ()
+                if any(t.beside is None for t in terms):
+                    terms = _exchanged(start, field, terms)
+                few = explained(terms[-2].fitted, terms[-1].fitted) < _PROMISING
+                if few or together(start, terms):
+                    # Either no name will come of this, and so many hypotheses are enough, or all are named.
+                    return opening, tuple(terms), ()
         if len(terms) == _MOST_TERMS or not _leaves_room(terms[-1].fitted.model, least):
             return opening, tuple(terms), ()
         current = contest(terms[-1].fitted, field, least)
@@ -100,16 +131,23 @@ def _in_form(before: Fitted, fitted: Fitted, row: Row, field: Sequence[Contestan
 
 def _leaves_room(model: Model, least: float) -> bool:
     """Whether what is left is more than noise, or noise could hide as much as a further term must at least gain."""
-    excess, noise = model.loss - model.entries, 3 * np.sqrt(model.entries)
+    excess, noise = model.loss - model.entries, _hidden(model)
     return bool(excess > noise or excess + noise >= least)
+
+
+def _hidden(model: Model) -> float:
+    """Loss that noise could hide."""
+    return float(3 * np.sqrt(model.entries))
 
 
 def _exchanged(start: Fitted, field: Sequence[Contestant], terms: list[Term]) -> list[Term]:
     """Replace an earlier term where another family beside the others lowers the loss of everything.
 
     A greedy order starts with whatever imitates two effects at once; beside the second one its place is taken by
-    the first. Tried are families that showed more than noise in one of the contests.
+    the first. Tried are families that showed more than noise in one of the contests. A term that wins again keeps the
+    contest beside the others.
     """
+    terms = [*terms[:-1], replace(terms[-1], beside=terms[-1].round)]
     shown = {r.label for t in terms for r in t.round.rows if r.score.z > WORTH_REFINING}
     strong = [c for c in field if c.label in shown]
     for i in range(len(terms) - 1):
@@ -117,7 +155,10 @@ def _exchanged(start: Fitted, field: Sequence[Contestant], terms: list[Term]) ->
         if others is None:
             continue
         again = contest(others[-1].fitted, strong)
-        if again.winner is None or again.winner.label == terms[i].row.label:
+        if again.winner is None:
+            continue
+        if again.winner.label == terms[i].row.label:
+            terms[i] = replace(terms[i], beside=again)
             continue
         other = grown(others[-1].fitted, again.winner)
         if other is None or other.model.loss > terms[-1].fitted.model.loss - 10 * np.log(other.model.entries):

@@ -20,7 +20,7 @@ from jointlib.loop.contest.before_after import errors
 from jointlib.loop.contest.contestant import contestants
 from jointlib.loop.contest.fitted import Fitted
 from jointlib.loop.contest.rounds import Round, Row
-from jointlib.loop.contest.search import Term, search
+from jointlib.loop.contest.search import Term, explained, search, together
 from jointlib.loop.periodic import verdict
 from jointlib.loop.periodic.mending import corrections_of, modulated, starting_point
 from jointlib.loop.periodic.pictures import pictures
@@ -28,6 +28,7 @@ from jointlib.loop.periodic.readings import Readings, baseline, readings
 from jointlib.loop.periodic.tables import (
     candidate_of,
     chosen_of,
+    composition,
     described,
     floor_table,
     left,
@@ -61,8 +62,8 @@ def trace_periodic(measurement: Measurement, joint: Joint, *, seed: int = 0) -> 
         field = ()
     opening, terms, secondary = search(start, field)
     found = _judged(start, terms)
-    rivals = _rivals(terms[0], data) if terms else ()
-    word, explained = verdict.verdict_of(found, bool(terms), len(rivals))
+    rivals = _all_rivals(terms, data, found.together is not None)
+    word, alone = verdict.verdict_of(found, bool(terms), len(rivals))
     named = word in (Verdict.IDENTIFIED, Verdict.AMBIGUOUS)
     entered = terms if named else terms[:1] if word is Verdict.PARTIAL else ()
     last = entered[-1].fitted if entered else start
@@ -76,7 +77,7 @@ def trace_periodic(measurement: Measurement, joint: Joint, *, seed: int = 0) -> 
         word, named, entered, last, after = verdict.verdict_of(found, False, 0)[0], False, (), start, before
     if word is Verdict.NOTHING_MISSING:
         terms, rivals = (), ()
-    chosen = chosen_of(last, terms[0], explained) if terms else None
+    chosen = chosen_of(last, terms[0], alone) if terms else None
     shown_before, shown_after = (f.on(sealed) if sealed else f for f in (start, last))
     table_after = last.localised
     first = terms[0].row.contestant.effect if terms else None
@@ -91,6 +92,7 @@ def trace_periodic(measurement: Measurement, joint: Joint, *, seed: int = 0) -> 
         chosen=chosen,
         candidates=_candidates(opening, chosen, word),
         rivals=rivals,
+        composition=composition(start, terms, last) if found.together is not None and named else (),
         chain=tuple(_further(t, terms[0], data, "accepted" if named else "hypothesis") for t in terms[1:]),
         secondary=tuple(_link(r, terms[0], data) for r in secondary if terms),
         error_before=before,
@@ -130,7 +132,8 @@ def _judged(start: Fitted, terms: Sequence[Term]) -> verdict.Findings:
     before = after = excess.total_excess(table)
     if terms:
         after = excess.total_excess(terms[0].alone.localised)
-    return verdict.Findings(table, before, after, {e: excess.total_excess(table, e) for e in table})
+    whole = explained(start, terms[-1].fitted) if together(start, terms) else None
+    return verdict.Findings(table, before, after, {e: excess.total_excess(table, e) for e in table}, whole)
 
 
 def _lower(after: dict[str, Any], before: dict[str, Any]) -> bool:
@@ -138,12 +141,20 @@ def _lower(after: dict[str, Any], before: dict[str, Any]) -> bool:
     return bool(after["relative"] < before["relative"] or after["chi2"] < before["chi2"])
 
 
-def _rivals(term: Term, data: Readings) -> tuple[Rival, ...]:
+def _all_rivals(terms: Sequence[Term], data: Readings, whole: bool) -> tuple[Rival, ...]:
+    """Of the first term; where several are named together, of each of them beside the others, none of which is one."""
+    if not whole:
+        return _rivals(terms[0], data) if terms else ()
+    own = {t.row.contestant.effect.family for t in terms}
+    return tuple(r for t in terms for r in _rivals(t, data, t.beside) if r.family not in own)
+
+
+def _rivals(term: Term, data: Readings, among: Round | None = None) -> tuple[Rival, ...]:
     chosen, out = term.row, []
-    for r in term.round.rivals:
+    for r in (among or term.round).rivals:
         a, b = chosen.contestant.effect, r.contestant.effect
         channel, body = place_of(r.contestant, data.rig)
-        ratio = r.score.gain / chosen.score.gain
+        ratio = r.score.gain / ((among and among.winner) or chosen).score.gain
         out.append(
             Rival(b.family, ratio, is_declared_pair(a, b), experiment(a, b), member_of(r.contestant), channel, body)
         )

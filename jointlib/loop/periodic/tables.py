@@ -9,7 +9,8 @@ from typing import Any
 import numpy as np
 
 from jointlib.joint import Joint
-from jointlib.loop.answer.report import Candidate, Estimate, Status
+from jointlib.loop.answer.naming import in_words
+from jointlib.loop.answer.report import Candidate, Estimate, Status, figures
 from jointlib.loop.balance.bodies import Rig
 from jointlib.loop.balance.ceiling import ceiling
 from jointlib.loop.balance.equations import Observed
@@ -18,7 +19,7 @@ from jointlib.loop.balance.spectra import Spectra
 from jointlib.loop.contest.contestant import Contestant, InJoint, InRig, channel_unit, fault_estimates
 from jointlib.loop.contest.fitted import Fitted
 from jointlib.loop.contest.rounds import Round, Row
-from jointlib.loop.contest.search import Term
+from jointlib.loop.contest.search import Term, adds, explained
 from jointlib.loop.periodic.whereabouts import by_amplitude, by_time
 
 _MODEL_FORM = frozenset({"hysteresis"})
@@ -76,6 +77,35 @@ def chosen_of(last: Fitted, term: Term, explained: float | None) -> Candidate:
         where = last if set(names) <= set(last.joint.parameters) else term.fitted
         estimates = _of_joint(where, names, linear.family)
     return replace(linear, parameters=estimates, explained=explained, status=Status.ACCEPTED, reason="")
+
+
+def composition(start: Fitted, terms: Sequence[Term], last: Fitted) -> tuple[dict[str, Any], ...]:
+    """Effects that are named together, in the order of their entry, and what each is worth in the whole.
+
+    ``share`` of the excess that it removed when it came; ``adds``, the share of what all the others leave without it;
+    ``explained`` by it and those before it; ``per_fold``, what it adds on each record left out; ``words``, what it is
+    with its sizes.
+    """
+    rows, before = [], start
+    for term in terms:
+        c = chosen_of(last, term, None)
+        assert term.beside is not None
+        assert term.beside.winner is not None
+        rows.append(
+            {
+                "family": c.family,
+                "member": c.member,
+                "share": explained(before, term.fitted),
+                "explained": explained(start, term.fitted),
+                "adds": adds(term, terms),
+                "per_fold": term.beside.winner.score.per_fold,
+                "rivals": [member_of(r.contestant) for r in term.beside.rivals],
+                "parameters": c.parameters,
+                "words": f"{in_words(c.family, c.where, c.member)}: {figures(c.parameters)}".rstrip(": "),
+            }
+        )
+        before = term.fitted
+    return tuple(rows)
 
 
 def _of_fault(fitted: Fitted, term: Term) -> dict[str, Estimate] | None:

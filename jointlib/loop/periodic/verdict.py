@@ -32,6 +32,8 @@ class Findings:
     """E after the first term alone."""
     by_equation: Mapping[str, float]
     """E before, by equation."""
+    together: float | None = None
+    """Share of E before that all terms explain, where they are named together as none is alone."""
 
 
 def verdict_of(found: Findings, term: bool, rivals: int) -> tuple[Verdict, float | None]:
@@ -42,7 +44,7 @@ def verdict_of(found: Findings, term: bool, rivals: int) -> tuple[Verdict, float
     if found.before <= 0:
         return named, None
     explained = 1 - found.after_first / found.before
-    if explained >= NAMED_ON_A_RIG_FROM or found.after_first <= 0:
+    if explained >= NAMED_ON_A_RIG_FROM or found.after_first <= 0 or found.together is not None:
         return named, explained
     return (Verdict.PARTIAL if explained >= NEAREST_FROM else Verdict.UNEXPLAINED), explained
 
@@ -101,7 +103,7 @@ def sentence(
     )
     elsewhere = [e for e in ("balance", "redundancy") if found.by_equation.get(e, 0.0) > 0]
     outside = ""
-    if elsewhere and (chosen is None or is_of_joint(chosen.family)):
+    if elsewhere and all(is_of_joint(c.family) for c in (chosen, *further) if c is not None):
         outside = (
             f" The residual of the {' and the '.join(elsewhere)} equation exceeds its noise: these contain no joint "
             "law, so a mass or a sensor is wrong there."
@@ -125,16 +127,18 @@ def sentence(
     named, *others_named = (
         f"{in_words(c.family, c.where, c.member)}: {figures(c.parameters)}".rstrip(": ") for c in (chosen, *further)
     )
+    others = " or ".join(dict.fromkeys(in_words(r.family, r.where, r.member) for r in rivals))
+    doubt = f" These records cannot rule out {others}." if others else ""
+    if found.together is not None:
+        share = f"{found.together:.1%} of what was missing, the first alone {chosen.explained or 0:.0%}"
+        return f"Missing are {'; '.join([named, *others_named])}. Together they explain {share}.{doubt} {drop}{outside}"
     named += "; beside it, " + "; and ".join(others_named) if others_named else ""
     if verdict is Verdict.PARTIAL:
         return (
             f"The nearest effect is {named}. It explains {chosen.explained or 0:.0%} of what was missing; "
             f"the rest has no name. {drop}{outside}"
         )
-    if verdict is Verdict.AMBIGUOUS:
-        others = " or ".join(in_words(r.family, r.where, r.member) for r in rivals)
-        return f"{lacks} {named}. These records cannot rule out {others}. {drop}{outside}"
-    return f"{lacks} {named}. {drop}{outside}"
+    return f"{lacks} {named}.{doubt} {drop}{outside}"
 
 
 def next_experiment(
