@@ -147,9 +147,13 @@ def _exchanged(start: Fitted, field: Sequence[Contestant], terms: list[Term]) ->
     the first. Tried are families that showed more than noise in one of the contests. A term that wins again keeps the
     contest beside the others.
     """
-    terms = [*terms[:-1], replace(terms[-1], beside=terms[-1].round)]
     shown = {r.label for t in terms for r in t.round.rows if r.score.z > WORTH_REFINING}
     strong = [c for c in field if c.label in shown]
+    last = terms[-1].round
+    if len(last.rows) == 1:  # It was added anew, against nothing but itself.
+        last = contest(terms[-2].fitted, strong)
+    if last.winner is not None and last.winner.label == terms[-1].row.label:
+        terms = [*terms[:-1], replace(terms[-1], beside=last)]
     for i in range(len(terms) - 1):
         others = _rebuilt(start, strong, [t.row for j, t in enumerate(terms) if j != i])
         if others is None:
