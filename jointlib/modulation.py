@@ -70,7 +70,7 @@ class Modulation:
             raise InputError(f"{what}: lag is {self.lag:g}, expected at least 0")
         if self.period is not None:
             self._check_period(what, self.period, float(values[-1] - values[0]))
-        at_reference = self.factor(self.reference)
+        at_reference = float(self._drawn(np.asarray(self.reference)))
         if abs(at_reference - 1) > _ROUNDING:
             raise InputError(f"{what}: the factor at the reference is {at_reference:g}, expected 1")
 
@@ -88,12 +88,21 @@ class Modulation:
         return float(self.along(np.asarray(value)))
 
     def along(self, values: Array) -> Array:
-        """The factor at each of several values of the condition (SI)."""
-        x, y = np.array(self.table, dtype=float).T
-        if self.period is None:
-            return np.asarray(np.interp(values, x, y))
-        values = x[0] + (values - x[0]) % self.period
-        return np.asarray(np.interp(values, [*x, x[0] + self.period], [*y, y[0]]))
+        """The factor at each of several values of the condition (SI); 1 to the last digit at the reference."""
+        return np.where(values == self.reference, 1.0, self._drawn(values))
+
+    def _drawn(self, values: Array) -> Array:
+        """What the table says."""
+        x, y = np.array(self.points, dtype=float).T
+        at = values if self.period is None else x[0] + (values - x[0]) % self.period
+        return np.asarray(np.interp(at, x, y))
+
+    @property
+    def points(self) -> tuple[tuple[float, float], ...]:
+        """The table, and where it repeats its first point once more, a period later."""
+        if self.period is None or self.table[-1][0] >= self.table[0][0] + self.period:
+            return self.table
+        return (*self.table, (self.table[0][0] + self.period, self.table[0][1]))
 
     def followed(self, values: Array, time_step: float) -> Array:
         """What the parameters follow of a condition that is sampled every ``time_step`` s: itself, or with its lag."""
@@ -111,6 +120,11 @@ class Modulation:
     def covers(self, value: float) -> bool:
         """True where the table tells the factor instead of its nearest end."""
         return self.period is not None or self.table[0][0] <= value <= self.table[-1][0]
+
+
+def held(u: float, behind: float, lag: float, time_step: float) -> float:
+    """v of lag · v̇ + v = u after ``time_step`` s at a held u, which began at ``behind``."""
+    return behind - float(np.expm1(-time_step / lag)) * (u - behind)
 
 
 def lagged(u: Array, lag: float, time_step: float) -> Array:
