@@ -17,7 +17,15 @@ from jointlib.shown.progress import Progress, Silent, remark
 from .members.archive import archive_bytes
 from .members.build import can_compile, compilers_for
 from .members.description import NAMELESS, Card, description_text, fingerprint
-from .members.documentation import cost_notes, licence_of, machine_notes, native_notes, python_notes, step_notes
+from .members.documentation import (
+    condition_notes,
+    cost_notes,
+    licence_of,
+    machine_notes,
+    native_notes,
+    python_notes,
+    step_notes,
+)
 from .members.figures import native_figures
 from .members.native import joints_of, native_variables, without_kernel
 from .members.native_members import native_members, native_sources
@@ -30,6 +38,7 @@ from .playback.reference import CSV, FOLDER, INTEGRATED, MANIFEST, MANIFEST_TEXT
 from .system.closed import stiff_closed
 from .system.step_limit import StepLimit, operating_range, step_limit
 from .system.system import System, system_of_joint
+from .system.under_conditions import extremes
 from .system.variables import parts_of
 from .verify import validate_fmu, verify_fmu
 
@@ -121,6 +130,7 @@ def export_fmu(
     if not runs_here:
         told = [f"The FMU was not run, as there is {obstacle}; fmpy compile builds it where there is one.", *told]
     steps = step_notes(system, chosen, over, limit) if over and limit else machine_notes(system)
+    steps += condition_notes(system, chosen)
     messages = (*told, *steps, *remarks)
     # Who reads the page has the FMU: what it does comes before what it was not compiled for.
     page = documentation_text(system, (*steps, *remarks, *told), _figures(system, card))
@@ -195,6 +205,7 @@ def _check_system(system: System) -> None:
         raise InputError(f"name is {system.name!r}, expected printable characters for an FMU")
     for joint in joints_of(system):
         parts_of(joint)
+        extremes(joint)
 
 
 def _check_flat(system: System, runtime: str) -> None:

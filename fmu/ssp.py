@@ -19,10 +19,11 @@ from .loop_step import Loop, Master, largest_step, natural_frequencies
 from .members.archive import archive_bytes
 from .members.machine_parts import Machine, Parts, parts_of_machine
 from .members.machine_system import system_of_component
+from .system.conditions import Condition, conditions_of
 from .system.step_limit import StepLimit, operating_range, step_limit
 from .system.system import System, system_of_connection
 from .systems.ssd import INNER_SSD, SSD, Connector, Element, End, Structure, check_structure, inner, ssd_text
-from .systems.ssp_notes import runtime_notes, step_notes
+from .systems.ssp_notes import condition_notes, runtime_notes, step_notes
 from .systems.ssp_verify import verify_ssp
 from .systems.ssv import SSV, check_parameters, ssv_text
 
@@ -82,7 +83,8 @@ def export_ssp(
             file = Path(folder) / f"{name}.fmu"
             exports.append(export_fmu(system, file, fmi=fmi, platforms=platforms))
             members[f"resources/{file.name}"] = file.read_bytes()
-    structure = replace(_structure(parts, systems), author=machine.author)
+    conditions = conditions_of(machine.where, (joint for _, joint in parts.joints))
+    structure = replace(_structure(parts, systems, conditions), author=machine.author)
     coupling = {f"{_word(master)}MaxStep": repr(step) for master, step in steps.items() if _finite(step)}
     jacobi = _finite(steps[Master.JACOBI])
     recommended = jacobi / 20 if jacobi else None
@@ -94,12 +96,13 @@ def export_ssp(
     check_structure(path, members)
     check_parameters(path, members)
     data = archive_bytes(members)
-    verify_ssp(path, data, parts, loop, jacobi, fmi)
+    verify_ssp(path, data, parts, loop, jacobi, fmi, conditions)
     atomic.write(path, lambda file: file.write(data))
     platforms = sorted(set.intersection(*(set(done.platforms) for done in exports)))
     told = [
         *step_notes(parts, loop, steps, tangents),
         *runtime_notes(platforms, {done.runtime for done in exports}, fmi),
+        *condition_notes(conditions),
     ]
     return SspExport(
         path,
@@ -152,8 +155,11 @@ def _systems(parts: Parts) -> dict[str, System]:
     return bodies | links
 
 
-def _structure(parts: Parts, systems: Mapping[str, System]) -> Structure:
-    """Elements and wires; a body's port takes a force from the link, or the outside, that it belongs to."""
+def _structure(parts: Parts, systems: Mapping[str, System], conditions: Sequence[Condition]) -> Structure:
+    """Elements and wires; a body's port takes a force from the link, or the outside, that it belongs to.
+
+    A condition comes from outside and goes to all joints that depend on it.
+    """
     elements = {name: _element(name, system) for name, system in systems.items()}
     connectors: list[Connector] = []
     wires: list[tuple[End, End]] = []
@@ -164,12 +170,19 @@ def _structure(parts: Parts, systems: Mapping[str, System]) -> Structure:
             shown: End = (None, f"{quantity}_{name}")
             connectors.append(replace(own[inside[1]], name=shown[1]))
             wires.append((shown, inside) if quantity == "force" else (inside, shown))
+    for c in conditions:
+        connectors.append(Connector(c.name, "input", c.unit, f"{c.name} that parameters of joints follow"))
+        wires += [((None, c.name), (name, c.name)) for name in elements if c.name in _names(elements[name])]
     for link in parts.links:
         for side, (body, port) in enumerate(link.ends, start=1):
             wires.append(((link.name, f"force_{side}"), (body, f"force_{port}")))
             wires += [((body, f"{q}_{port}"), (link.name, f"{q}_{side}")) for q in ("displacement", "velocity")]
     order = sorted(wires, key=lambda wire: [end[0] or "" for end in wire] + [end[1] for end in wire])
     return Structure(parts.word, tuple(connectors), tuple(elements.values()), tuple(order), SSV)
+
+
+def _names(element: Element) -> set[str]:
+    return {connector.name for connector in element.connectors}
 
 
 def _element(name: str, system: System) -> Element:

@@ -22,6 +22,7 @@ from .members.native_members import BUILD, SOURCES
 from .playback.fresh_process import answer_of
 from .playback.model_exchange import exchanged
 from .playback.reference import CSV, FOLDER, LOOSEST, MANIFEST, SMALL, STILL, ReferenceRun, read_csv, sizes, told_of
+from .system.conditions import NAMES
 
 TOLERANCE = 1e-12
 """Largest difference allowed, relative to the largest value of the run, where the FMU states none."""
@@ -265,9 +266,11 @@ def _replay(
     }
     experiment = description.find("DefaultExperiment")
     if experiment is not None and experiment.get("stepSize"):
+        swung = [name for name in inputs if name not in NAMES]
         request["pace"] = {
             "step": float(experiment.get("stepSize", "nan")),
-            "sizes": [float(told_of(scalars[name], "nominal", "1")) for name in inputs],
+            "inputs": [int(scalars[name].get("valueReference", "0")) for name in swung],
+            "sizes": [float(told_of(scalars[name], "nominal", "1")) for name in swung],
             "tolerances": [float(experiment.get("tolerance", "1e-6")), None],
         }
     (first, second), step_times = _run(path, request)

@@ -15,7 +15,7 @@ import numpy as np
 from jointlib.errors import InputError
 from jointlib.joint import Joint
 
-from ..system.si_unit import exponents
+from ..system.si_unit import base_unit
 from ..system.system import System
 from ..system.variables import Variable, variables_of
 from .native import exchangeable, native_variables
@@ -214,10 +214,10 @@ def _units(root: Element, variables: Sequence[Variable]) -> None:
     definitions = ElementTree.SubElement(root, "UnitDefinitions")
     for name in sorted({v.unit for v in variables if v.unit}):
         unit = ElementTree.SubElement(definitions, "Unit", name=name)
-        powers = exponents(name)
+        base = base_unit(name)
         # A unit with a broken power has a name but, in FMI, no base units.
-        if powers is not None:
-            ElementTree.SubElement(unit, "BaseUnit", {base: str(power) for base, power in powers.items()})
+        if base is not None:
+            ElementTree.SubElement(unit, "BaseUnit", base)
         if name in DISPLAYED:
             shown, factor = DISPLAYED[name]
             ElementTree.SubElement(unit, "DisplayUnit", name=shown, factor=repr(factor))

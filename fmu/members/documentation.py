@@ -82,6 +82,20 @@ def machine_notes(system: System) -> list[str]:
     ]
 
 
+def condition_notes(system: System, runtime: str) -> list[str]:
+    """About the inputs that parameters of joints follow."""
+    said = []
+    for c in system.conditions:
+        known = "over its period" if c.high == float("inf") else f"from {c.low:g} to {c.high:g} {c.unit}"
+        beyond = "" if c.high == float("inf") else "; beyond, they stay what they are at the end"
+        logged = ", and the log says so once" if beyond and runtime == "c" else ""
+        said.append(
+            f"Parameters follow the input {c.name}, which is {c.start:g} {c.unit} unless it is connected, and are "
+            f"known {known}{beyond}{logged}."
+        )
+    return said
+
+
 def cost_notes(system: System, step: float | None, taken: Sequence[float]) -> tuple[str, ...]:
     """What a step takes on this computer at the tolerance of the default experiment and without one, where something
     is integrated inside."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
+from .modulation_source import Following
 from .native import NativePart
 
 _POINT = "const double *p, const double *s, const int *m, const double *motion"
@@ -11,14 +12,14 @@ _EVENT = "const double *p, double *s, int *m, const double *motion"
 Parts = tuple[NativePart, ...]
 
 
-def joint_functions(parts: Parts, exchange: bool) -> list[str]:
+def joint_functions(parts: Parts, exchange: bool, following: Following) -> list[str]:
     """Every function that ``joint.h`` asks of the joints; without ``exchange`` they exist in steps only."""
     return [
-        _check(parts),
-        _initial(parts),
-        _step(parts),
-        *(_exchange(parts) if exchange else _without_exchange(parts)),
-        _step_partials(parts),
+        *_check(parts, following),
+        _initial(parts, following),
+        _step(parts, following),
+        *(_exchange(parts, following) if exchange else _without_exchange(parts)),
+        _step_partials(parts, following),
     ]
 
 
@@ -47,7 +48,7 @@ def _places(i: int, part: NativePart, *, modes: bool = False) -> str:
     return ", ".join([*places, f"m + {part.modes[0]}"] if modes else places)
 
 
-def _check(parts: Parts) -> str:
+def _check(parts: Parts, following: Following) -> list[str]:
     lines = [
         "const char *said;",
         "int i;",
@@ -76,13 +77,18 @@ def _check(parts: Parts) -> str:
                 f"said = {part.kernel.word}_check(p + {part.parameters[0]}, jl_n{i});",
                 f'if (said) {{ snprintf(message, size, "%s%s", {text(where)}, said); return 1; }}',
             ]
-    return _function(
-        "int jl_check", "const double *p, char *message, size_t size", [*lines, "(void)said;"], "return 0;"
-    )
+    arguments, lines = "const double *p, char *message, size_t size", [*lines, "(void)said;"]
+    if not following.extremes:
+        return [_function("int jl_check", arguments, lines, "return 0;")]
+    whole = ["int i;", "if (jl_sound(p, message, size)) return 1;", *following.extremes]
+    return [
+        _function("static int jl_sound", arguments, lines, "return 0;"),
+        _function("int jl_check", arguments, whole, "return 0;"),
+    ]
 
 
-def _initial(parts: Parts) -> str:
-    lines = [
+def _initial(parts: Parts, following: Following) -> str:
+    lines = [*following.begun, *following.applied("s")] + [
         f"{part.kernel.word}_initial(p + {part.parameters[0]}, jl_n{i}, motion[{2 * part.joint}], "
         f"s + {part.remembered[0]}, m + {part.modes[0]});"
         for i, part in enumerate(parts)
@@ -91,8 +97,8 @@ def _initial(parts: Parts) -> str:
     return _function("void jl_initial", "const double *p, const double *motion, double *s, int *m", lines)
 
 
-def _step(parts: Parts) -> str:
-    lines = ["int i;", _no_force()]
+def _step(parts: Parts, following: Following) -> str:
+    lines = [*following.stepped, *following.applied("after"), "int i;", _no_force()]
     for i, part in enumerate(parts):
         word, force = part.kernel.word, f"f[{part.joint}] +="
         if part.states:
@@ -112,7 +118,9 @@ def _zv(part: NativePart) -> str:
     return f"motion[{2 * part.joint}], motion[{2 * part.joint + 1}]"
 
 
-def _exchange(parts: Parts) -> list[str]:
+def _exchange(parts: Parts, following: Following) -> list[str]:
+    applied = following.applied("s")
+
     def calls(purpose: str, left: str, result: str) -> list[str]:
         return [
             f"{left.format(q=q)}{q.kernel.word}_{purpose}({_places(i, q, modes=True)}, {_zv(q)}{result.format(q=q)});"
@@ -123,16 +131,27 @@ def _exchange(parts: Parts) -> list[str]:
     zero = "for (i = 0; i < JL_MEMORY; i++) rate[i] = 0.0;"
     return [
         _function(
-            "void jl_force", f"{_POINT}, double *f", ["int i;", _no_force(), *calls("force", "f[{q.joint}] += ", "")]
+            "void jl_force",
+            f"{_POINT}, double *f",
+            [*applied, "int i;", _no_force(), *calls("force", "f[{q.joint}] += ", "")],
         ),
         _function(
             "void jl_rates",
             f"{_POINT}, double *rate",
-            ["int i;", zero, *calls("rates", "", ", rate + {q.remembered[0]}")],
+            [*applied, "int i;", zero, *calls("rates", "", ", rate + {q.remembered[0]}"), *following.rates],
         ),
-        _function("void jl_indicators", f"{_POINT}, double *g", calls("indicators", "", ", g + {q.indicators[0]}")),
-        _function("int jl_event", _EVENT, ["int jumped = 0;", *calls("event", "jumped |= ", "")], "return jumped;"),
-        _partials(parts),
+        _function(
+            "void jl_indicators",
+            f"{_POINT}, double *g",
+            [*applied, *calls("indicators", "", ", g + {q.indicators[0]}")],
+        ),
+        _function(
+            "int jl_event",
+            _EVENT,
+            [*applied, "int jumped = 0;", *calls("event", "jumped |= ", "")],
+            "return jumped;",
+        ),
+        _partials(parts, following),
     ]
 
 
@@ -164,9 +183,10 @@ def _without_exchange(parts: Parts) -> list[str]:
     ]
 
 
-def _partials(parts: Parts) -> str:
+def _partials(parts: Parts, following: Following) -> str:
     """Partials of a joint's force add up; those of a rate concern the states of its own part."""
     lines = [
+        *following.applied("s"),
         *_scratch(parts),
         "int i, j;",
         "for (i = 0; i < JL_JOINTS * JL_WIDTH; i++) dF[i] = 0.0;",
@@ -199,8 +219,8 @@ def _scratch(parts: Parts) -> list[str]:
     return [f"double one[{2 + largest}], r[{max(largest * (2 + largest), 1)}];"]
 
 
-def _step_partials(parts: Parts) -> str:
-    lines = [*_scratch(parts), "int i;", "for (i = 0; i < 2 * JL_JOINTS; i++) dF[i] = 0.0;"]
+def _step_partials(parts: Parts, following: Following) -> str:
+    lines = [*following.applied("s"), *_scratch(parts), "int i;", "for (i = 0; i < 2 * JL_JOINTS; i++) dF[i] = 0.0;"]
     for i, part in enumerate(parts):
         if part.kernel.has("step_partials"):
             lines.append(f"{part.kernel.word}_step_partials({_places(i, part)}, {_zv(part)}, one);")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -17,6 +17,7 @@ from machines.components.static_load import turns
 from machines.coupling.second_order import MachineEquations, machine_equations
 from machines.model.machine import AXES
 from machines.model.machine import Machine as Machine
+from machines.model.spindle_speed import SPINDLE_SPEED
 
 _NOTHING = 1e-12
 
@@ -98,7 +99,7 @@ def parts_of_machine(machine: Machine) -> Parts:
     Every connection has a port of its own on each body it touches, and so have the tool's axes and the drive: a body
     sums the forces itself. A side that rigid connections hold to the ground counts as ground.
     """
-    joints = machine.joints()
+    joints = joints_of_machine(machine)
     if not joints:
         raise InputError(f"{machine.where}: no flexible connection, so it is no system; export it as one FMU")
     equations = machine_equations(machine)
@@ -158,6 +159,19 @@ def parts_of_machine(machine: Machine) -> Parts:
         tuple(name for block, name in names.items() if not ports[block]),
         machine.frequency[1] if machine.frequency else None,
     )
+
+
+def joints_of_machine(machine: Machine) -> tuple[Joint, ...]:
+    """The joints of the flexible connections. Where bodies depend on the spindle speed, joints are those at the file's:
+    an input could not move both."""
+    if all(c.known_speeds is None for c in machine.components):
+        return machine.joints()
+
+    def at_speed(joint: Joint) -> Joint:
+        left = tuple(m for m in joint.modulations if m.condition != SPINDLE_SPEED)
+        return joint if left == joint.modulations else replace(joint, modulations=left)
+
+    return tuple(map(at_speed, machine.joints()))
 
 
 def outside_dofs(machine: Machine) -> dict[str, str]:

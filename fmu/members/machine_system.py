@@ -22,9 +22,9 @@ from machines.statics.statics import StaticPoint, static_point
 
 from ..system.si_unit import turned
 from ..system.step_limit import operating_range
-from ..system.system import Signal, System, fmi_name, moved, prefixed
+from ..system.system import Signal, System, fmi_name, moved, prefixed, with_conditions
 from ..system.variables import parts_of
-from .machine_parts import outside_dofs
+from .machine_parts import joints_of_machine, outside_dofs
 from .native import only_in_steps
 
 __all__ = ["Machine", "system_of_component", "system_of_machine"]
@@ -47,8 +47,9 @@ def system_of_machine(machine: Machine) -> System:
     a static load it begins at its working point; displacements count from the machine without load.
     """
     equations = machine_equations(machine)
-    joints = tuple((fmi_name(c.name), j) for c, j in zip(machine.flexible, machine.joints(), strict=True))
-    for connection, joint in zip(machine.flexible, machine.joints(), strict=True):
+    found = joints_of_machine(machine)
+    joints = tuple((fmi_name(c.name), j) for c, j in zip(machine.flexible, found, strict=True))
+    for connection, joint in zip(machine.flexible, found, strict=True):
         _check(f"{machine.where}: connection {connection.name!r}", joint)
     ports = outside_dofs(machine)
     rows = machine.dof_rows(list(ports.values()), "fmu") @ equations.shapes
@@ -62,7 +63,7 @@ def system_of_machine(machine: Machine) -> System:
     sides = [_Sides(*connection.between, connection.rotates) for connection in machine.flexible]
     point = None if machine.static is None else static_point(machine)
     made = _system(machine.name, title, equations, joints, sides, told, turning, rows, force, top, point)
-    return replace(made, author=machine.author)
+    return with_conditions(replace(made, author=machine.author), machine.where)
 
 
 def system_of_component(component: Component, ports: Mapping[str, Array], turning: Collection[str] = ()) -> System:

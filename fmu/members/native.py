@@ -10,12 +10,14 @@ import numpy as np
 from jointlib.errors import InputError
 from jointlib.joint import Joint
 from jointlib.law import JointLaw
+from jointlib.modulation import lags_of
 from jointlib.parameter import Role, parameters_of
 
 from ..code.c_kernel import CKernel, State, c_kernel_of, count
+from ..system.conditions import Condition
 from ..system.step_limit import operating_range
 from ..system.system import System, prefixed
-from ..system.variables import Part, Variable, parts_of, variables_of
+from ..system.variables import Part, Variable, lagging, parts_of, variables_of
 
 Places = tuple[int, int]
 """The first place and the one behind the last."""
@@ -47,6 +49,27 @@ class NativePart:
     def nominal(self, state: State) -> float:
         """Usual size of a state, which tells a solver what error is small."""
         return self.size if state.unit == "m" else 1.0
+
+
+@dataclass(frozen=True)
+class Lag:
+    """A state of a joint that is behind a condition."""
+
+    joint: int
+    prefix: str
+    condition: Condition
+    seconds: float
+
+
+def lags(system: System) -> tuple[Lag, ...]:
+    """What lags behind conditions, joint by joint: the last of the states."""
+    return tuple(
+        Lag(i, prefix, c, behind[c.kind])
+        for i, (prefix, joint) in enumerate(system.joints)
+        for behind in (lags_of(joint.modulations),)
+        for c in system.conditions
+        if c.kind in behind
+    )
 
 
 def joints_of(system: System) -> tuple[Joint, ...]:
@@ -126,8 +149,9 @@ def continuous_states(system: System) -> tuple[int, ...]:
     first = len(system.states)
     if not exchangeable(system):
         return tuple(range(first))
-    states = [state for part in native_parts(system) for _, state in part.states]
-    return (*range(first), *(first + i for i, state in enumerate(states) if state.continuous))
+    states = [state.continuous for part in native_parts(system) for _, state in part.states]
+    states += [True for _ in lags(system)]
+    return (*range(first), *(first + i for i, continuous in enumerate(states) if continuous))
 
 
 def native_variables(system: System) -> tuple[Variable, ...]:
@@ -137,7 +161,7 @@ def native_variables(system: System) -> tuple[Variable, ...]:
     FMI 3.0 alone knows as variables: event indicators and time.
     """
     parts = native_parts(system)
-    out = [Variable(s.name, "input", s.unit, s.description, 0.0, nominal=s.size) for s in system.inputs]
+    out = [Variable(s.name, "input", s.unit, s.description, s.start, nominal=s.size) for s in system.inputs]
     out += [Variable(s.name, "output", s.unit, s.description, nominal=s.size) for s in system.outputs]
     for prefix, joint in system.joints:
         own = [v for v in variables_of(joint) if v.kind == "parameter"]
@@ -152,6 +176,9 @@ def native_variables(system: System) -> tuple[Variable, ...]:
             Variable(name, "state", system.unit(part.prefix, s.unit), told, nominal=part.nominal(s))
             for name, s in part.states
         ]
+    for lag in lags(system):
+        v = lagging(lag.condition, lag.condition.size)
+        states.append(v.renamed(prefixed(lag.prefix, v.name)))
     held = set(continuous_states(system))
     out += [v if i in held else v.renamed(v.name, sized=False) for i, v in enumerate(states)]
     for i in sorted(held):

@@ -9,6 +9,7 @@ import numpy as np
 
 from jointlib.arrays import Array
 from jointlib.joint import Joint
+from jointlib.modulation import CONDITIONS
 from jointlib.units import rounded
 
 from ..system.step_limit import operating_range
@@ -60,6 +61,10 @@ def _joint(prefix: str, joint: Joint, system: System) -> list[str]:
         known = known or ("assumed" if fixed else "no error known")
         rows.append((str(name), told, system.unit(prefix, str(unit)), known))
     lines.append(_table(("parameter", "value", "unit", "standard error"), rows))
+    for m in joint.modulations:
+        points = "; ".join(f"{x:.6g} {CONDITIONS[m.condition]}: {y:.6g}" for x, y in m.table)
+        late = f", with a lag of {m.lag:g} s" if m.lag else ""
+        lines.append(f"<p>Its {m.role.value} times a factor that follows the {m.condition}{late}: {points}.</p>")
     for quantity, (low, high) in joint.validity.items():
         unit = system.unit(prefix, VALIDITY_UNITS.get(quantity, ""))
         lines.append(f"<p>Valid for {html.escape(quantity)} from {low:.4g} to {high:.4g} {unit}.</p>")

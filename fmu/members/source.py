@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 import textwrap
 from collections.abc import Iterable
 from pathlib import Path
@@ -14,11 +15,15 @@ from jointlib.joint import Joint
 from ..system.system import System, prefixed
 from .closed_source import ClosedTables, closed_sizes, closed_tables, closed_text
 from .joint_source import joint_functions, listed, text
-from .native import continuous_states, exchangeable, joints_of, native_parts, native_variables
+from .modulation_source import following, modulated
+from .native import continuous_states, exchangeable, joints_of, lags, native_parts, native_variables
 
 TRANSLATION_UNIT = "all.c"
 """The one file to compile; it includes the others."""
 RUNTIME = Path(__file__).parents[1] / "runtime"
+_GUARDED = re.compile(r"#ifdef JL_CONDITIONS\n(.*?)(?:#else\n(.*?))?#endif\n", re.DOTALL)
+"""What models with conditions have beside, or in place of what the others have."""
+_FOR_CONDITIONS = {"conditions.h", "modulation.h"}
 _KINDS = {
     "input": "JL_INPUT",
     "output": "JL_OUTPUT",
@@ -33,6 +38,8 @@ _KINDS = {
 def source_files(system: System, identifier: str, token: str) -> dict[str, str]:
     """Every file that :data:`TRANSLATION_UNIT` needs beside the FMI headers, by its name."""
     files = {file.name: file.read_text(encoding="utf-8") for file in sorted(RUNTIME.glob("*.[ch]"))}
+    if not system.conditions:
+        files = {n: _GUARDED.sub(lambda m: m[2] or "", t) for n, t in files.items() if n not in _FOR_CONDITIONS}
     units = ["joint.c", *(name for name in sorted(files) if name.endswith(".c"))]
     everything = "".join(f'#include "{name}"\n' for name in units)
     return files | {
@@ -50,7 +57,8 @@ def number(value: float) -> str:
 
 
 def _sizes(system: System, tables: ClosedTables | None) -> str:
-    parts, memory = native_parts(system), sum(len(part.states) for part in native_parts(system))
+    parts, behind = native_parts(system), len(lags(system))
+    memory = sum(len(part.states) for part in parts) + behind
     sizes = {
         "JL_VARIABLES": len(native_variables(system)),
         "JL_INPUTS": len(system.inputs),
@@ -67,9 +75,10 @@ def _sizes(system: System, tables: ClosedTables | None) -> str:
         **closed_sizes(tables),
     }
     lines = "".join(f"    {name} = {size},\n" for name, size in sizes.items())[:-2]
+    seen = f"#define JL_CONDITIONS {len(system.conditions)}\n#define JL_LAGS {behind}\n\n" if system.conditions else ""
     return (
         "/* Sizes of one model: generated, do not edit. */\n"
-        f"#ifndef JOINT_SIZES_H\n#define JOINT_SIZES_H\n\nenum {{\n{lines}\n}};\n\n#endif\n"
+        f"#ifndef JOINT_SIZES_H\n#define JOINT_SIZES_H\n\n{seen}enum {{\n{lines}\n}};\n\n#endif\n"
     )
 
 
@@ -88,7 +97,8 @@ def _model(system: System, identifier: str, token: str, tables: ClosedTables | N
         closed_text(tables, lambda values: _lines(map(number, values)), lambda values: _lines(map(str, values))),
         *kernels.values(),
         *(f"static const int jl_n{i}[] = {{ {listed(part.lengths)} }};" for i, part in enumerate(parts)),
-        *joint_functions(parts, exchangeable(system)),
+        *modulated(system, number),
+        *joint_functions(parts, exchangeable(system), following(system)),
     ]
     return "\n\n".join(blocks) + "\n"
 
@@ -111,8 +121,10 @@ def _variables(system: System) -> str:
 def _places(system: System) -> str:
     """What belongs to which state and joint."""
     names = [text(prefixed(prefix, what)) for prefix, _ in system.joints for what in ("displacement", "velocity")]
-    owners = [part.joint for part in native_parts(system) for _ in part.states]
+    names += [text(c.name) for c in system.conditions]
+    owners = [part.joint for part in native_parts(system) for _ in part.states] + [lag.joint for lag in lags(system)]
     validity = [number(x) for joint in joints_of(system) for x in _validity(joint)]
+    validity += [number(x) for c in system.conditions for x in (c.low, c.high)]
     return (
         f"const int jl_continuous[] = {{ {listed(continuous_states(system))} }};\n"
         f"const double jl_validity[] = {{ {listed(validity)} }};\n"
@@ -136,7 +148,9 @@ def _matrix(matrix: np.ndarray) -> str:
 
 def _load(system: System) -> str:
     """What a static load adds to every row, and where the structure stands under it."""
-    load, rest = (map(number, part) for part in (np.concatenate(system.constants), system.start))
+    pushed, moved, shown = system.constants
+    load = map(number, np.concatenate([pushed, moved, np.zeros(len(system.conditions)), shown]))
+    rest = map(number, system.start)
     return f"const double jl_load[] = {{\n{_lines(load)}\n}};\nconst double jl_rest[] = {{\n{_lines(rest)}\n}};"
 
 

@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 
 import numpy as np
 
 from jointlib.joint import Joint
+from jointlib.parameter import Role
 
-from ..system.system import System
-from ..system.variables import direct_inputs, variables_of
-from .native import NativePart, continuous_states, native_parts, native_variables
+from ..system.conditions import conditions_of
+from ..system.system import System, prefixed
+from ..system.variables import direct_inputs, lagging, variables_of
+from .native import NativePart, continuous_states, exchangeable, lags, native_parts, native_variables
 
 
 @dataclass(frozen=True)
@@ -35,8 +37,9 @@ class Structure:
 def python_structure(joint: Joint) -> Structure:
     """Structure of a Python FMU: the force alone is unknown."""
     inputs = direct_inputs(joint)
-    parameters = (v.name for v in variables_of(joint) if v.kind == "parameter")
-    return Structure((Unknown("force", inputs),), initial=(Unknown("force", (*inputs, *parameters)),))
+    conditions = {c.name for c in conditions_of(joint.name, (joint,))}
+    at_start = (v.name for v in variables_of(joint) if v.kind == "parameter" or v.name in {*inputs, *conditions})
+    return Structure((Unknown("force", inputs),), initial=(Unknown("force", tuple(at_start)),))
 
 
 def native_structure(system: System) -> Structure:
@@ -47,7 +50,7 @@ def native_structure(system: System) -> Structure:
     """
     variables = native_variables(system)
     order = {v.name: i for i, v in enumerate(variables)}
-    parameters = [v.name for v in variables if v.kind == "parameter"]
+    tunable = [v for v in variables if v.kind == "parameter"]
     names = [v.name for v in variables if v.kind == "state"]
     held = {names[i] for i in continuous_states(system)}
     known = [s.name for s in (*system.states, *system.inputs)]
@@ -76,20 +79,30 @@ def native_structure(system: System) -> Structure:
             moved["z"] if loaded or part.kernel.starts_at_displacement(i) else set() for i in range(len(part.states))
         ]
         placed: set[str] = set().union(*starts)
-        tuned = set(parameters[slice(*part.parameters)])
+        own_parameters = tunable[slice(*part.parameters)]
+        tuned = {v.name for v in own_parameters}
+        roles = {v.declared.role for v in own_parameters if v.declared is not None}
+        followed, at_start = _followed(system, part.joint, roles)
+        if loaded:
+            starts = [start | at_start for start in starts]
         direct = set().union(*(moved[letter] for letter in part.kernel.inputs))
-        force[part.joint] |= direct | (own if "s" in part.kernel.uses("force") else set())
-        first[part.joint] |= direct | placed | tuned
-        changing = _known(part, "rates", own, moved)
+        force[part.joint] |= direct | followed | (own if "s" in part.kernel.uses("force") else set())
+        first[part.joint] |= direct | placed | tuned | at_start
+        changing = _known(part, "rates", own, moved) | followed
         for (name, _), start in zip(part.states, starts, strict=True):
             if name not in held:
                 continue
             rates.append(unknown(f"der({name})", changing))
             initial.append(unknown(name, start))
-            initial.append(unknown(f"der({name})", (changing - own) | placed | tuned))
-        seen = _known(part, "indicators", own, moved)
+            initial.append(unknown(f"der({name})", (changing - own - followed) | placed | tuned | at_start))
+        seen = _known(part, "indicators", own, moved) | followed
         count = part.indicators[1] - part.indicators[0]
         indicators += [unknown(f"{part.name}.indicator[{i}]", seen) for i in range(count)]
+
+    for lag in lags(system) if exchangeable(system) else ():
+        name = prefixed(lag.prefix, lagging(lag.condition).name)
+        rates.append(unknown(f"der({name})", {name, lag.condition.name}))
+        initial += [unknown(each, {lag.condition.name}) for each in (name, f"der({name})")]
 
     def both(name: str, i: int) -> tuple[Unknown, Unknown]:
         """What a row depends on, and what at the start."""
@@ -99,11 +112,22 @@ def native_structure(system: System) -> Structure:
         return unknown(name, now), unknown(name, then)
 
     slopes = [both(f"der({s.name})", i) for i, s in enumerate(system.states)]
-    outputs = [both(s.name, n + 2 * nj + i) for i, s in enumerate(system.outputs)]
+    before = n + 2 * nj + len(system.conditions)
+    outputs = [both(s.name, before + i) for i, s in enumerate(system.outputs)]
     initial = sorted([then for _, then in (*outputs, *slopes)] + initial, key=lambda u: order[u.name])
     return Structure(
         tuple(now for now, _ in outputs), (*(now for now, _ in slopes), *rates), tuple(initial), tuple(indicators)
     )
+
+
+def _followed(system: System, joint: int, roles: Collection[Role]) -> tuple[set[str], set[str]]:
+    """What the parameters of some roles follow now, conditions or the states behind them, and what at the start."""
+    prefix, of = system.joints[joint]
+    kinds = {m.condition for m in of.modulations if m.role in roles}
+    at_start = {c for c in system.conditions if c.kind in kinds}
+    behind = {lag.condition for lag in lags(system) if lag.joint == joint} & at_start
+    states = {prefixed(prefix, lagging(c).name) for c in behind} if exchangeable(system) else set()
+    return {c.name for c in at_start - behind} | states, {c.name for c in at_start}
 
 
 def _known(part: NativePart, purpose: str, states: set[str], moved: Mapping[str, set[str]]) -> set[str]:

@@ -28,7 +28,8 @@ def simulate_closed(of: Closed, u: Array, step: float, good: float, serves: floa
     x' = A x + B u + G d + c moves exactly, by the exponential of the whole matrix and of its integrals. What the joints
     are more than their tangents, d, changes linearly over a step; it is asked where the motion would be with d as
     before, and again where that leads. Steps are halved until that changes no output by more than a share of ``good``
-    of its largest value, or after a while of ``serves``; the errors are what the last halving changed.
+    of its largest value, or after a while of ``serves``; the errors are what the last halving changed. Conditions stay
+    what they are in the first sample.
     """
     moves = _moves(of, step)
     parts = _FEWEST
@@ -44,7 +45,7 @@ def simulate_closed(of: Closed, u: Array, step: float, good: float, serves: floa
 
 def _simulated(of: Closed, moves: _Moves, u: Array, parts: int) -> Array:
     """Outputs with this many steps a sample."""
-    forces, x = _Forces(of), of.system.start.copy()
+    forces, x = _Forces(of, of.system.under(u[0]) if of.system.conditions else of.system), of.system.start.copy()
     memory = forces.begun()
     d, memory = forces.beyond(x, memory, 0.0)
     out = [forces.outputs(x, u[0], memory)]
@@ -109,22 +110,22 @@ def _moves(of: Closed, step: float) -> dict[int, _Moves]:
 
 
 class _Forces:
-    """The joints, those of the same laws side by side."""
+    """The joints of a system, those of the same laws side by side, beyond their tangents in the closed one."""
 
-    def __init__(self, of: Closed) -> None:
-        self.of = of
+    def __init__(self, of: Closed, system: System) -> None:
+        self.of, self.system = of, system
         groups: dict[tuple[int, bool, bool], list[int]] = {}
-        for j, (_, joint) in enumerate(of.system.joints):
+        for j, (_, joint) in enumerate(system.joints):
             groups.setdefault((id(joint), j in of.bent, j in of.by_velocity), []).append(j)
         self.groups: list[tuple[list[JointLaw], list[int], bool, bool]] = [
-            (list(of.system.joints[js[0]][1].laws), js, bent, fast) for (_, bent, fast), js in groups.items()
+            (list(system.joints[js[0]][1].laws), js, bent, fast) for (_, bent, fast), js in groups.items()
         ]
         place = {j: i for i, j in enumerate(of.bent)}
         self.places = [[place[j] for j in js] if bent else [] for _, js, bent, _ in self.groups]
 
     def begun(self) -> _Memory:
         """At the start: virgin, or loaded as the system is."""
-        system = self.of.system
+        system = self.system
         z = (system.C @ system.start + system.constants[1])[0::2]
         out = []
         for laws, js, _, _ in self.groups:

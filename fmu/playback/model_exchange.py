@@ -10,6 +10,7 @@ import numpy as np
 
 from jointlib.errors import CheckFailed
 
+from ..system.conditions import NAMES
 from .fresh_process import answer_of
 from .reference import SMALL, ReferenceRun, sizes, told_of
 
@@ -20,7 +21,8 @@ _SAMPLES = 40
 
 
 def exchanged(path: Path, folder: str, description: ElementTree.Element, run: ReferenceRun) -> tuple[float | None, str]:
-    """How far model exchange is from co-simulation where every input is a sine as large as in the reference run.
+    """How far model exchange is from co-simulation where every input is a sine as large as in the reference run, but
+    conditions, which stay at their start values.
 
     Velocities are the rates of displacements: their ratio tells the period. Under forces it is forty samples.
     """
@@ -28,8 +30,9 @@ def exchanged(path: Path, folder: str, description: ElementTree.Element, run: Re
         return None, "the FMU offers none"
     scalars = {s.get("name"): s for s in description.iterfind("ModelVariables/*")}
     given = {n: float(np.max(np.abs(x))) for n, x in zip(run.names, run.rows.T, strict=True)}
-    inputs = [name for name in run.names[1:] if scalars[name].get("causality") == "input"]
-    outputs = [name for name in run.names[1:] if name not in inputs]
+    given_ones = [name for name in run.names[1:] if scalars[name].get("causality") == "input"]
+    inputs = [name for name in given_ones if name not in NAMES]
+    outputs = [name for name in run.names[1:] if name not in given_ones]
     units = {name: told_of(scalars[name], "unit") for name in inputs}
     moved = max((given[name] for name in inputs if units[name] in {"m", "rad"}), default=0.0)
     speed = max((given[name] for name in inputs if units[name] in _RATES), default=0.0)

@@ -16,8 +16,10 @@ from jointlib.joint import Joint
 from jointlib.law import Motion
 
 from ..system.closed import stiff_closed
+from ..system.conditions import Condition
 from ..system.step_limit import Range, kinks
 from ..system.system import System
+from ..system.under_conditions import UnderConditions
 from .closed_simulation import simulate_closed
 from .simulation import simulate
 
@@ -93,24 +95,42 @@ def reference_run(system: System, over: Range | None) -> ReferenceRun:
 
 
 def _along_motion(system: System, over: Range) -> ReferenceRun:
-    """The force of the Python law along :func:`motion`, from the virgin state; two sides share the motion."""
+    """The force of the Python law along :func:`motion`, from the virgin state; two sides share the motion.
+
+    Conditions begin at their start values, go through all that is known of them, and jump about in it.
+    """
     ((_, joint),) = system.joints
     z, v, step = motion(joint, over)
     D = system.D
     u = np.column_stack([z, v]) @ D / np.sum(D**2, axis=1)[0]
     z, v = (u @ D.T).T
-    state = joint.initial_state(z[0])
-    force = np.empty(z.shape)
-    force[0] = joint.step(Motion(z[0], v[0]), state)[0]
+    rng = np.random.default_rng(_SEED)
+    for k, c in enumerate(system.conditions, start=-len(system.conditions)):
+        u[:, k] = _course(c, len(u), rng)
+    at = system.conditions_in(u)
+    under, state = UnderConditions(joint), joint.initial_state(z[0])
+    force, behind = np.empty(z.shape), under.begun(at[0])
+    force[0] = under.step(Motion(z[0], v[0]), at[0], state, behind)[0]
     for i in range(1, len(z)):
-        force[i], state = joint.step(Motion(z[i], v[i], step), state)
+        force[i], state, behind = under.step(Motion(z[i], v[i], step), at[i], state, behind)
     return _run(system, step, u, force[:, None] @ system.H.T)
+
+
+def _course(condition: Condition, samples: int, rng: np.random.Generator) -> Array:
+    """A condition over a run: still for a third of it, then from end to end of what is known and back, then jumps."""
+    low = condition.low if np.isfinite(condition.low) else condition.start - condition.size
+    high = condition.high if np.isfinite(condition.high) else condition.start + condition.size
+    still, even = samples // 3, (samples - samples // 3) // 2
+    swept = np.interp(np.linspace(0, 3, even), [0, 1, 2, 3], [condition.start, high, low, condition.start])
+    jumps = rng.uniform(low, high, samples - still - even)
+    return np.concatenate([np.full(still, condition.start), swept, jumps])
 
 
 def _under_forces(system: System) -> ReferenceRun:
     """Rest, forces that jump from step to step, decay: six periods of the slowest motion, at most 60 of the fastest.
 
-    What is stiff runs by communication steps instead, as periods of its fastest motion are no time.
+    Conditions are beside their start values all the time. What is stiff runs by communication steps instead, as periods
+    of its fastest motion are no time.
     """
     low, high = system.band
     stiff = stiff_closed(system)
@@ -120,7 +140,9 @@ def _under_forces(system: System) -> ReferenceRun:
         step = (min(6 / low, 60 / high) if low else 1.0) / 120
     rng = np.random.default_rng(_SEED)
     u = np.zeros((121, len(system.inputs)))
-    u[3:80] = rng.uniform(-1, 1, (77, len(system.inputs))) * [s.size for s in system.inputs]
+    forces = len(system.inputs) - len(system.conditions)
+    u[3:80, :forces] = rng.uniform(-1, 1, (77, forces)) * [s.size for s in system.inputs[:forces]]
+    u[:, forces:] = [c.elsewhere for c in system.conditions]
     if stiff is None:
         return _run(system, step, u, simulate(system, u, step))
     y, changed = simulate_closed(stiff, u, step, INTEGRATED, LOOSEST)

@@ -60,7 +60,7 @@ def _pace(request: dict[str, Any], tolerance: float | None) -> float:
     while done < MOST and (done < 2 * BATCH or time.process_time() - begun < LONGEST):
         taken = 0.0
         for i in range(done, done + BATCH):
-            write(request["inputs"], [math.sin(0.15 * i) * size for size in sizes])
+            write(request["pace"]["inputs"], [math.sin(0.15 * i) * size for size in sizes])
             before = time.process_time()
             fmu.doStep(i * step, step)
             taken += time.process_time() - before

@@ -28,12 +28,13 @@ _MOST = 300_000
 def simulate(system: System, u: Array, step: float) -> Array:
     """Outputs (samples, outputs) where the inputs u[i] are held over the step that ends at sample i.
 
-    The first sample is the start, at rest, with the joints virgin, or loaded as the system is. The method is Dormand
+    The first sample is the start, at rest, with the joints virgin, or loaded as the system is; conditions stay what
+    they are there. The method is Dormand
     and Prince's of order 8 (scipy's DOP853). Where a law's own step is exact along a path without reversal, what it
     remembers is held over a step of the solver, and steps end at reversals; the rest is integrated, by rates that short
     steps of the law tell.
     """
-    run = _Run(system, u[0])
+    run = _Run(system.under(u[0]) if system.conditions else system, u[0])
     out = [run.outputs(u[0])]
     # A law may overflow on the way to a bound that it keeps.
     with np.errstate(over="ignore"):

@@ -18,6 +18,9 @@ static void jl_virgin(const jl_values *v, const double *motion, double *follow)
     const double far = JL_LOADED ? 1e-10 : 1.0;
     int m[JL_ROOM(JL_MODES)], i;
     for (i = 0; i < JL_MOTIONS; i++) moved[i] = motion[i] + (i % 2 ? 0.0 : far);
+#ifdef JL_CONDITIONS
+    memcpy(moved + 2 * JL_JOINTS, motion + 2 * JL_JOINTS, JL_CONDITIONS * sizeof *moved);
+#endif
     jl_begin(v->p, moved, s, m);
     for (i = 0; i < JL_MEMORY; i++) follow[i] = (s[i] - v->s[JL_STRUCTURE + i]) / far;
 }
@@ -66,6 +69,10 @@ static void jl_respond(const jl_partial *at, const double *all, double *column)
         column[JL_OUTPUTS + JL_STRUCTURE + i] = jl_along(at->dR + i * JL_WIDTH, motion + 2 * jl_owner[i], ds);
 }
 
+#ifdef JL_CONDITIONS
+#include "conditions.h"
+
+#endif
 /* Place of an unknown in a column, -1 if it is none. */
 static int jl_unknown(const jl_values *v, unsigned int reference)
 {
@@ -92,6 +99,9 @@ static int jl_known(const jl_values *v, unsigned int reference)
     const unsigned int at = JL_PLACE(reference);
     const int input = at < JL_INPUTS ? (int)at : -1;
     int i;
+#ifdef JL_CONDITIONS
+    if (input >= JL_INPUTS - JL_CONDITIONS) return input;
+#endif
     /* How the forces hang on the states, which virgin ones follow, is only known where there is model exchange. */
     if (input >= 0) return !v->initialized && JL_MEMORY && !JL_EXCHANGE && jl_displaces(input) ? -1 : input;
     for (i = 0; i < JL_CONTINUOUS; i++)
@@ -144,6 +154,9 @@ int jl_derivative(void *c, jl_call call, const jl_directions *asked)
         double column[JL_UNKNOWNS], all[JL_KNOWNS] = { 0.0 };
         all[jl_known(v, asked->knowns[j])] = 1.0;
         jl_respond(&at, all, column);
+#ifdef JL_CONDITIONS
+        jl_respond_to_conditions(v, all, column);
+#endif
         for (i = 0; i < rows; i++) {
             const double partial = column[jl_unknown(v, asked->unknowns[i])];
             if (asked->adjoint) asked->result[j] += partial * asked->seed[i];
@@ -179,6 +192,9 @@ int jl_output_rates(void *c, jl_call call, const unsigned int *references, size_
     jl_linearize(v, &at);
     jl_all_rates(v->p, v->s, v->m, v->u, all + JL_INPUTS);
     jl_respond(&at, all, column);
+#ifdef JL_CONDITIONS
+    jl_respond_to_conditions(v, all, column);
+#endif
     for (i = 0; i < count; i++) rate[i] = column[JL_PLACE(references[i]) - JL_FIRST_OUTPUT];
     return JL_OK;
 }

@@ -55,6 +55,16 @@ static void jl_bent_motion(const double *y, double *motion)
     }
 }
 
+#ifdef JL_CONDITIONS
+/* The conditions so many seconds after the step began. */
+static void jl_conditions_at(const jl_values *v, double since, double *motion)
+{
+    double u[JL_INPUTS];
+    jl_inputs_at(v, since, u);
+    memcpy(motion + 2 * JL_JOINTS, u + JL_INPUTS - JL_CONDITIONS, JL_CONDITIONS * sizeof *motion);
+}
+
+#endif
 /* What the joints are more than their tangents, h seconds after their states s. */
 static void jl_bend(const double *p, const double *s, const double *motion, double h, double *after, double *d)
 {
@@ -102,6 +112,9 @@ static void jl_close(jl_values *v)
     double motion[JL_ROOM(JL_MOTIONS)], after[JL_ROOM(JL_MEMORY)];
     if (!v->closed) memcpy(v->q, jl_at_rest, JL_POLES * sizeof *v->q);
     jl_bent_motion(v->q, motion);
+#ifdef JL_CONDITIONS
+    jl_conditions_at(v, 0.0, motion);
+#endif
     jl_bend(v->p, v->s + JL_STRUCTURE, motion, 0.0, after, v->d);
     jl_pushed(v->d, v->push);
     if (JL_TURNS) memcpy(v->at, motion, sizeof v->at);
@@ -109,6 +122,23 @@ static void jl_close(jl_values *v)
     v->closed = v->bent = 1;
 }
 
+#ifdef JL_CONDITIONS
+/* Conditions jumped, and with them the forces; how these change over time stays known. */
+static void jl_rebend(jl_values *v)
+{
+    const jl_values before = *v;
+    double motion[JL_ROOM(JL_MOTIONS)], after[JL_ROOM(JL_MEMORY)];
+    int i;
+    jl_bent_motion(v->q, motion);
+    jl_conditions_at(v, 0.0, motion);
+    jl_bend(v->p, v->s + JL_STRUCTURE, motion, 0.0, after, v->d);
+    jl_pushed(v->d, v->push);
+    for (i = 0; i < JL_BENT; i++) v->was[i] += v->d[i] - before.d[i];
+    for (i = 0; i < JL_POLES; i++) v->pushed[i] += v->push[i] - before.push[i];
+    if (JL_TURNS) memcpy(v->at + 2 * JL_JOINTS, motion + 2 * JL_JOINTS, JL_CONDITIONS * sizeof *motion);
+}
+
+#endif
 /* A point on a step's way: where a joint that remembers turns, by the parabola through this step and the one before it,
  * else at its share of the time. 1 if it has to be asked for. Laws whose step is not exact are asked near the end: a bend
  * behind the last point at which they look is not seen. */
@@ -151,6 +181,9 @@ const char *jl_exponential(jl_instance *instance, jl_call call, double h)
     double motion[JL_ROOM(JL_MOTIONS)] = { 0.0 };
     int done = 0, curved = 0, size = JL_UNITS, i;
     if (!v->closed || !v->bent) jl_close(v);
+#ifdef JL_CONDITIONS
+    else if (JL_JUMPED(v)) jl_rebend(v);
+#endif
     while (size > 1 && v->stride > 0.0 && h * size > 1.000001 * v->stride * JL_UNITS) size /= 2;
     memcpy(constant, jl_constant, JL_POLES * sizeof *constant);
     jl_gather(jl_drive, v->u, JL_INPUTS, JL_POLES, constant);
@@ -177,6 +210,9 @@ const char *jl_exponential(jl_instance *instance, jl_call call, double h)
         }
         if (JL_BENT) {
             jl_bent_motion(to, motion);
+#ifdef JL_CONDITIONS
+            jl_conditions_at(v, since + step, motion);
+#endif
             jl_bend(v->p, v->s + JL_STRUCTURE, motion, step, after, d);
             memcpy(once, d, sizeof once);
             if (JL_TURNS && jl_on_the_way(v, motion, step, point)) {

@@ -224,6 +224,9 @@ typedef struct {
     double at[JL_ROOM(JL_TURNS * JL_MOTIONS)], past[JL_ROOM(JL_TURNS * JL_MOTIONS)]; /* motions, where joints remember */
     double before;   /* s, that step; 0 where there was none */
     double told;     /* s, when an input was last set */
+#ifdef JL_CONDITIONS
+    double held[JL_CONDITIONS]; /* the conditions at the end of the last step */
+#endif
     int closed;      /* the structure is in q, and s is behind */
     int bent;        /* d and push are of the present parameters */
     int state;       /* what may be called */
@@ -236,6 +239,12 @@ typedef struct {
     int late;        /* and told another input later */
 } jl_values;
 
+#ifdef JL_CONDITIONS
+#define JL_PRESENT(v) ((v)->u + JL_INPUTS - JL_CONDITIONS)
+#define JL_HOLD(v) memcpy((v)->held, JL_PRESENT(v), sizeof (v)->held)
+#define JL_JUMPED(v) (memcmp((v)->held, JL_PRESENT(v), sizeof (v)->held) != 0)
+
+#endif
 typedef struct jl_instance jl_instance;
 struct jl_instance {
     jl_values values;

@@ -171,8 +171,27 @@ static const char *jl_advanced(jl_values *v, const jl_values *begun, double h)
     return NULL;
 }
 
+#ifdef JL_CONDITIONS
+/* Conditions jumped: what remembers stays where it is, as in a step of the joints' own, and the modes follow from that. */
+static void jl_retune(jl_values *v)
+{
+    jl_values before = *v;
+    double motion[JL_ROOM(JL_MOTIONS)], virgin[JL_ROOM(JL_MEMORY)];
+    memcpy(JL_PRESENT(&before), v->held, sizeof v->held);
+    jl_motion(v->s, before.u, motion);
+    (void)jl_event(v->p, v->s + JL_STRUCTURE, v->m, motion);
+    jl_motion(v->s, v->u, motion);
+    jl_initial(v->p, motion, virgin, v->m);
+    (void)jl_event(v->p, v->s + JL_STRUCTURE, v->m, motion);
+    v->stride = 0.0;
+}
+
+#endif
 const char *jl_integrate(jl_values *v, double h)
 {
+#ifdef JL_CONDITIONS
+    if (JL_JUMPED(v)) jl_retune(v);
+#endif
     const jl_values begun = *v;
     return jl_advanced(v, &begun, h);
 }

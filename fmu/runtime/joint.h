@@ -54,6 +54,9 @@
 #define jl_by_velocity JL_NAME(jl_by_velocity)
 #define jl_remembers JL_NAME(jl_remembers)
 #define jl_kept JL_NAME(jl_kept)
+#ifdef JL_CONDITIONS
+#define jl_nudge JL_NAME(jl_nudge)
+#endif
 #define jl_check JL_NAME(jl_check)
 #define jl_initial JL_NAME(jl_initial)
 #define jl_step JL_NAME(jl_step)
@@ -78,7 +81,11 @@ enum {
     JL_FIRST_RATE = JL_FIRST_STATE + JL_STATES,
     JL_FIRST_INDICATOR = JL_FIRST_RATE + JL_CONTINUOUS,
     JL_MEMORY = JL_STATES - JL_STRUCTURE,  /* states of the joints */
+#ifdef JL_CONDITIONS
+    JL_MOTIONS = 2 * JL_JOINTS + JL_CONDITIONS, /* displacement and velocity of each joint in turn, then the conditions */
+#else
     JL_MOTIONS = 2 * JL_JOINTS,            /* displacement and velocity of each joint in turn */
+#endif
     JL_WIDTH = 2 + JL_MEMORY,              /* what a joint depends on: its own motion, and states */
     JL_ROWS = JL_STRUCTURE + JL_MOTIONS + JL_OUTPUTS,
     JL_COLUMNS = JL_STRUCTURE + JL_INPUTS + JL_JOINTS
@@ -132,6 +139,12 @@ extern const int jl_remembers[];     /* a law of it has states */
 extern const int jl_share_first[], jl_share_column[];
 extern const double jl_share[];      /* its displacement over those of the basis, without zeros */
 extern const int jl_kept[];          /* parameters that are in the modes */
+#ifdef JL_CONDITIONS
+
+/* Conditions that parameters of joints follow are the last inputs, and stand behind the motions of the joints. What lags
+ * behind them are the last states. */
+extern const double jl_nudge[]; /* of each condition, then of each lagging state: how far a difference goes */
+#endif
 
 /* 0 if the parameters are sound, else a sentence: which one, what was found, what was expected. */
 int jl_check(const double *p, char *message, size_t size);

@@ -38,6 +38,9 @@ void jl_begin(const double *p, const double *motion, double *s, int *m)
         return;
     }
     for (i = 0; i < JL_MOTIONS; i += 2) still[i] = motion[i];
+#ifdef JL_CONDITIONS
+    for (i = 2 * JL_JOINTS; i < JL_MOTIONS; i++) zero[i] = still[i] = motion[i];
+#endif
     jl_initial(p, zero, virgin, m);
     jl_step(p, virgin, still, JL_SLOW, s, f);
     (void)jl_event(p, s, m, still);

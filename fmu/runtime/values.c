@@ -125,6 +125,9 @@ int jl_exit_initialization(void *c, jl_call call)
     jl_instance *instance = (jl_instance *)c;
     if (jl_enter(instance, call) || jl_present(instance, call, 2)) return JL_ERROR;
     instance->values.initialized = 1;
+#ifdef JL_CONDITIONS
+    JL_HOLD(&instance->values);
+#endif
     instance->values.state = instance->values.exchange ? JL_EVENT : JL_STEP;
     jl_watch(instance, call);
     return JL_OK;
@@ -277,6 +280,9 @@ int jl_do_step(void *c, jl_call call, double time, double h)
         if (fault) return jl_no_number(instance, call, fault);
         v->fresh = 2;
     }
+#ifdef JL_CONDITIONS
+    JL_HOLD(v);
+#endif
     v->time = time + h;
     v->timed = 1;
     if (!v->closed) jl_watch(instance, call);

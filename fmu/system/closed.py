@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from dataclasses import dataclass
 from enum import IntEnum
 from functools import cached_property, lru_cache
@@ -14,6 +15,7 @@ from jointlib.joint import Joint
 from jointlib.law import JointLaw, Motion
 from jointlib.laws.linear import Linear
 from jointlib.laws.viscous import Viscous
+from jointlib.parameter import Role, parameters_of
 
 from .system import SLOW, System
 
@@ -102,7 +104,8 @@ def closed(system: System) -> Closed | None:
     halved: dict[str, bool] = {}
     for j, (_, joint) in enumerate(system.joints):
         K[j], C[j] = _tangent(joint, start[j], system.load is not None)
-        rest = [law for law in joint.laws if not isinstance(law, Linear | Viscous)]
+        followed = {m.role for m in joint.modulations}
+        rest = [law for law in joint.laws if not _is_tangent(law, followed)]
         for law in rest:
             if law.kind not in halved:
                 halved[law.kind] = _is_halved(law)
@@ -113,6 +116,11 @@ def closed(system: System) -> Closed | None:
             if any(_feels_velocity(law, start[j]) for law in rest):
                 by_velocity.append(j)
     return Closed(system, K, C, tuple(bent), tuple(by_velocity), tuple(remembering), any(halved.values()))
+
+
+def _is_tangent(law: JointLaw, followed: Collection[Role]) -> bool:
+    """The law is its tangent, which no condition moves."""
+    return isinstance(law, Linear | Viscous) and not any(p.role in followed for p in parameters_of(law))
 
 
 def stiff_closed(system: System) -> Closed | None:

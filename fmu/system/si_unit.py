@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from collections import Counter
 from fractions import Fraction
@@ -55,6 +56,14 @@ def _product(tokens: _Tokens) -> tuple[Counter[str], _Tokens]:
             total[base] += exponent * power  # type: ignore[assignment]
         sign = 1
     return total, tokens
+
+
+def base_unit(unit: str) -> dict[str, str] | None:
+    """Attributes of FMI's and SSP's BaseUnit; None for a unit that has none."""
+    if unit == "rpm":
+        return {"rad": "1", "s": "-1", "factor": repr(math.pi / 30)}
+    powers = exponents(unit)
+    return None if powers is None else {base: str(power) for base, power in powers.items()}
 
 
 def table_unit(unit: str, i: int, j: int) -> str:

@@ -11,6 +11,8 @@ from jointlib.joint import Joint
 from jointlib.law import MemorylessLaw, Motion
 from jointlib.parameter import Role, parameters_of
 
+from .under_conditions import extremes
+
 _AMPLITUDE, _VELOCITY = 20e-6, 0.1
 """Range taken where a joint states none, m and m/s."""
 
@@ -69,11 +71,17 @@ def operating_range(joint: Joint) -> Range:
 
 
 def step_limit(joint: Joint, over: Range) -> StepLimit:
-    """Scan the tangents of the joint over a range, part by part where a part remembers.
+    """Scan the tangents of the joint over a range, and all that is known of its conditions.
 
     A law with memory reaches any of its tangents at any displacement, so its extremes are added to those of the
     rest; its stiffness parameters count in full, however narrow the band in which they act.
     """
+    limits = [_tangents(each, over) for each in extremes(joint)]
+    return StepLimit(max(limit.stiffness for limit in limits), min(limit.damping for limit in limits))
+
+
+def _tangents(joint: Joint, over: Range) -> StepLimit:
+    """Largest stiffness and smallest damping of a joint under one condition, part by part where a part remembers."""
     positions, speeds = kinks(joint)
     z = _scan(over.amplitude, positions)[:, None]
     v = _scan(over.velocity, speeds)[None, :]

@@ -13,6 +13,7 @@ from jointlib.errors import InputError
 from jointlib.joint import Joint
 from jointlib.law import Motion
 
+from .conditions import Condition, conditions_of
 from .si_unit import turned
 from .step_limit import operating_range
 from .variables import variables_of
@@ -29,6 +30,7 @@ class Signal:
     unit: str
     description: str
     size: float = 1.0
+    start: float = 0.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,6 +75,8 @@ class System:
     """Who made what it computes, where that is known."""
     turning: frozenset[str] = frozenset()
     """What stands before the names of the joints that turn: their motion is an angle in rad, their force a moment."""
+    conditions: tuple[Condition, ...] = ()
+    """What parameters of joints follow: the last of the inputs, which act on nothing else."""
 
     def unit(self, prefix: str, unit: str) -> str:
         """The unit of a quantity of a joint, given as that of one which moves along a line."""
@@ -101,9 +105,32 @@ class System:
         return np.zeros(len(self.A)) if self.rest is None else self.rest
 
     def matrix(self) -> Array:
-        """[[A, B, G], [C, D, 0], [E, F, H]]: every row that is computed over states, inputs and joint forces."""
-        none = np.zeros((len(self.C), len(self.joints)))
-        return np.block([[self.A, self.B, self.G], [self.C, self.D, none], [self.E, self.F, self.H]])
+        """[[A, B, G], [C, D, 0], [E, F, H]]: every row that is computed over states, inputs and joint forces.
+
+        Behind the motions of the joints come the conditions, as they stand among the inputs.
+        """
+        n, nu, nj, of = len(self.states), len(self.inputs), len(self.joints), len(self.conditions)
+        C, D = (np.concatenate(rows) for rows in ((self.C, np.zeros((of, n))), (self.D, np.eye(nu)[nu - of :])))
+        return np.block([[self.A, self.B, self.G], [C, D, np.zeros((len(C), nj))], [self.E, self.F, self.H]])
+
+    def conditions_in(self, inputs: Array) -> list[dict[str, float]]:
+        """The conditions by what they are, out of rows of inputs."""
+        kinds = [c.kind for c in self.conditions]
+        return [dict(zip(kinds, row[len(row) - len(kinds) :].tolist(), strict=True)) for row in inputs]
+
+    def under(self, inputs: Array) -> System:
+        """The same with its joints as they are at these inputs, at rest: conditions carried out."""
+        (at,) = self.conditions_in(inputs[None])
+        found = {id(joint): joint.at(at) for _, joint in self.joints}
+        return replace(self, joints=tuple((prefix, found[id(joint)]) for prefix, joint in self.joints))
+
+
+def with_conditions(system: System, where: str) -> System:
+    """The system with an input for each condition that its joints depend on."""
+    found = conditions_of(where, (joint for _, joint in system.joints))
+    told = [Signal(c.name, c.unit, f"{c.name} that parameters of joints follow", c.size, c.start) for c in found]
+    B, D, F = (np.pad(M, ((0, 0), (0, len(found)))) for M in (system.B, system.D, system.F))
+    return replace(system, inputs=(*system.inputs, *told), conditions=found, B=B, D=D, F=F)
 
 
 def fmi_name(text: str) -> str:
@@ -123,8 +150,8 @@ def system_of_joint(joint: Joint) -> System:
     every = variables_of(joint)
     sizes = _sizes(joint)
     inputs, outputs = (
-        tuple(Signal(v.name, v.unit, v.description, sizes[v.unit]) for v in every if v.kind == kind)
-        for kind in ("input", "output")
+        tuple(Signal(v.name, v.unit, v.description, sizes[v.unit]) for v in every if v.name in names)
+        for names in ({"displacement", "velocity"}, {"force"})
     )
     title = f"Restoring force of the joint {joint.name}: " + " + ".join(law.kind for law in joint.laws)
     alone = _of_joint(joint.name, title, inputs, outputs, joint, np.eye(2), np.ones((1, 1)), joint)
@@ -185,7 +212,7 @@ def _of_joint(
     """A joint without structure."""
     nu, ny = len(inputs), len(outputs)
     none = np.zeros((0, 0))
-    return System(
+    alone = System(
         name,
         title,
         tuple(inputs),
@@ -201,3 +228,4 @@ def _of_joint(
         G=np.zeros((0, 1)),
         lone=lone,
     )
+    return with_conditions(alone, f"joint {name!r}")

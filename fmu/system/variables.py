@@ -9,9 +9,11 @@ import numpy as np
 
 from jointlib.errors import InputError
 from jointlib.joint import Joint
+from jointlib.modulation import lags_of
 from jointlib.parameter import Parameter, parameters_of
 
 from ..code.python_kernel import Kernel, kernel_of
+from .conditions import Condition, conditions_of
 from .si_unit import table_unit
 
 
@@ -117,10 +119,11 @@ def parts_of(joint: Joint) -> tuple[Part, ...]:
 
 def variables_of(joint: Joint) -> tuple[Variable, ...]:
     """Inputs, output, parameters and internal states, in the order of their value references."""
-    parts = parts_of(joint)
+    parts, conditions = parts_of(joint), conditions_of(f"joint {joint.name!r}", (joint,))
     out = [
         Variable("displacement", "input", "m", "relative displacement across the joint", 0.0),
         Variable("velocity", "input", "m/s", "relative velocity across the joint", 0.0),
+        *(Variable(c.name, "input", c.unit, f"{c.name} that parameters follow", c.start) for c in conditions),
         Variable("force", "output", "N", "restoring force of the joint"),
     ]
     for part, law in zip(parts, joint.laws, strict=True):
@@ -142,10 +145,19 @@ def variables_of(joint: Joint) -> tuple[Variable, ...]:
         for s in law.states:
             unit = part.kernel.state_units[s.split("[")[0]]
             out.append(Variable(f"{part.name}.{s}", "state", unit, f"internal state of the law {law.kind}"))
-    return tuple(out)
+    lags = lags_of(joint.modulations)
+    return (*out, *(lagging(c) for c in conditions if c.kind in lags))
+
+
+def lagging(condition: Condition, nominal: float | None = None) -> Variable:
+    """The state that is behind a condition by a lag."""
+    told = f"what parameters follow of the {condition.name}, behind it by a lag"
+    return Variable(f"followed.{condition.name}", "state", condition.unit, told, nominal=nominal)
 
 
 def direct_inputs(joint: Joint) -> tuple[str, ...]:
     """The inputs that the force depends on at the same instant."""
     used = frozenset[str]().union(*(part.kernel.inputs for part in parts_of(joint)))
-    return tuple(name for letter, name in (("z", "displacement"), ("v", "velocity")) if letter in used)
+    named = tuple(name for letter, name in (("z", "displacement"), ("v", "velocity")) if letter in used)
+    lags = lags_of(joint.modulations)
+    return (*named, *(c.name for c in conditions_of(joint.name, (joint,)) if c.kind not in lags))

@@ -11,7 +11,7 @@ from xml.etree import ElementTree
 from jointlib.errors import CheckFailed
 
 from ..members.archive import read_archive
-from ..system.si_unit import exponents
+from ..system.si_unit import base_unit
 
 SSD = "SystemStructure.ssd"
 INNER_SSD = "WithoutSystemConnectors.ssd"
@@ -69,7 +69,7 @@ class Structure:
 
 
 def inner(structure: Structure) -> Structure:
-    """The structure without connectors of the system: what came from outside stays at its start value, 0."""
+    """The structure without connectors of the system: what came from outside stays at its start value."""
     wires = tuple((start, end) for start, end in structure.wires if start[0] is not None and end[0] is not None)
     return replace(structure, name=f"{structure.name}_without_connectors", connectors=(), wires=wires)
 
@@ -121,8 +121,8 @@ def ssd_text(
 def list_units(parent: ElementTree.Element, names: Iterable[str]) -> None:
     """Units of SI by what they are made of."""
     for name in sorted(names):
-        base = {key: str(power) for key, power in (exponents(name) or {}).items()}
-        ElementTree.SubElement(ElementTree.SubElement(parent, "ssc:Unit", name=name), "ssc:BaseUnit", base)
+        unit = ElementTree.SubElement(parent, "ssc:Unit", name=name)
+        ElementTree.SubElement(unit, "ssc:BaseUnit", base_unit(name) or {})
 
 
 def document(root: ElementTree.Element) -> str:

@@ -10,6 +10,7 @@ import numpy as np
 from ..loop_step import Loop, Master, natural_frequencies
 from ..members.build import absent
 from ..members.machine_parts import Parts
+from ..system.conditions import Condition
 from ..system.si_unit import turned
 from ..system.step_limit import StepLimit
 
@@ -60,6 +61,17 @@ def runtime_notes(platforms: Iterable[str], runtimes: Collection[str], fmi: int 
     if "python" in runtimes:
         said.append("An FMU in it has the Python runtime and runs only in hosts that bring Python, such as FMPy.")
     return said
+
+
+def condition_notes(conditions: Iterable[Condition]) -> list[str]:
+    """About the inputs of the system that are no forces."""
+    told = ", ".join(f"{c.name} (else {c.start:g} {c.unit})" for c in conditions)
+    if not told:
+        return []
+    return [
+        f"Parameters of joints follow inputs of the system: {told}. A master that hands over 0 where it is given "
+        "nothing, as FMPy does, needs them."
+    ]
 
 
 def _spelled(tangents: Mapping[str, StepLimit], turning: Collection[str]) -> str:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import tempfile
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -14,6 +15,7 @@ from ..loop_step import Loop, natural_frequencies
 from ..members.machine_parts import Parts
 from ..playback.fresh_process import answer_of
 from ..playback.loop_run import LoopRun, jacobi_run
+from ..system.conditions import Condition
 from ..system.step_limit import operating_range
 
 TOLERANCE = 1e-6
@@ -24,21 +26,34 @@ _STEPS = 200
 _TIME_LIMIT = 120.0
 
 
-def verify_ssp(path: Path, data: bytes, parts: Parts, loop: Loop, largest: float | None, fmi: int = 2) -> float:
+def verify_ssp(
+    path: Path,
+    data: bytes,
+    parts: Parts,
+    loop: Loop,
+    largest: float | None,
+    fmi: int = 2,
+    conditions: Sequence[Condition] = (),
+) -> float:
     """Largest relative difference of any motion and force from :func:`.loop_run.jacobi_run`; too large a one fails.
 
-    A smooth push on every port to the outside moves the joint that moves most by up to half its range. The step is a
-    quarter of the largest stable one, and resolves the highest natural frequency. FMPy hands a force on the system
-    over one step late. FMPy also holds the document against the schema of SSP 1.0; as it runs no system of FMUs of
-    FMI 3.0, a master of our own steps these in it, in the same order.
+    A smooth push on every port to the outside moves the joint that moves most by up to half its range, conditions
+    beside their start values. The step is a quarter of the largest stable one, and resolves the highest natural
+    frequency. FMPy hands a force on the system over one step late, and conditions, which are 0 in the first. FMPy also
+    holds the document against the schema of SSP 1.0; as it runs no system of FMUs of FMI 3.0, a master of our own steps
+    these in it, in the same order.
     """
     fastest = float(np.max(natural_frequencies(loop)))
     step = min(largest / 4 if largest else np.inf, 1 / (50 * fastest) if fastest else 1e-4)
     joints = [joint for _, joint in parts.joints]
-    push = _push(parts, loop, step)
+    apart = {c.kind: c.elsewhere for c in conditions}
+    push = _push(parts, loop, step, apart)
     late = np.concatenate([np.zeros_like(push[:1]), push[:-1]])
-    expected = _columns(parts, jacobi_run(loop, joints, parts.outside_rows, late, step))
+    at = [dict.fromkeys(apart, 0.0), *[apart] * (_STEPS - 1)]
+    start = {c.kind: c.start for c in conditions}
+    expected = _columns(parts, jacobi_run(loop, joints, parts.outside_rows, late, step, at, start))
     inputs = {f"force_{name}": push[:, i].tolist() for i, name in enumerate(parts.outside)}
+    inputs |= {c.name: [c.elsewhere] * _STEPS for c in conditions}
     found = _run(path, data, {"fmi": fmi, "step": step, "steps": _STEPS, "inputs": inputs})
     worst = 0.0
     for quantity, signals in expected.items():
@@ -57,7 +72,7 @@ def verify_ssp(path: Path, data: bytes, parts: Parts, loop: Loop, largest: float
     return worst
 
 
-def _push(parts: Parts, loop: Loop, step: float) -> Array:
+def _push(parts: Parts, loop: Loop, step: float, conditions: Mapping[str, float]) -> Array:
     """Forces (N) on the ports to the outside, step by step, under which every joint stays within its range."""
     joints = [joint for _, joint in parts.joints]
     ranges = np.array([operating_range(joint).amplitude for joint in joints])
@@ -66,7 +81,7 @@ def _push(parts: Parts, loop: Loop, step: float) -> Array:
     def used(size: float) -> float:
         """The largest part of its range that a joint uses, infinite where it runs away."""
         with np.errstate(all="ignore"):
-            run = jacobi_run(loop, joints, parts.outside_rows, size * shape, step)
+            run = jacobi_run(loop, joints, parts.outside_rows, size * shape, step, [conditions] * _STEPS, conditions)
             part = float(np.max(np.abs(run.relative) / ranges))
         return part if np.isfinite(part) else np.inf
 
