@@ -12,6 +12,7 @@ from pathlib import Path
 from jointlib.errors import InputError
 from jointlib.joint import Joint
 from jointlib.modulation import lags_of
+from jointlib.parameter import Role
 
 from ..members.archive import read_archive
 from ..system.conditions import conditions_of
@@ -59,7 +60,7 @@ def slave_source(joint: Joint, identifier: str = NAMELESS) -> str:
         f"# lower, upper and excluded lower bound of each parameter\nBOUNDS = (\n{bounds})",
         *kernels.values(),
         *following.functions,
-        _checks(parts),
+        _checks(parts, following),
         _initial(parts, following),
         _step(parts, following),
         _frame_class(bool(joint.modulations)).replace(NAMELESS, identifier),
@@ -82,8 +83,9 @@ def _arguments(part: Part) -> str:
     return ", ".join(f"{name}={place(where)}" for name, where in part.fields.items())
 
 
-def _checks(parts: tuple[Part, ...]) -> str:
+def _checks(parts: tuple[Part, ...], following: _Following) -> str:
     lines = [f"    {part.kernel.word}_check({_arguments(part)})" for part in parts if part.kernel.has("check")]
+    lines += following.extremes
     return "\n".join(["def joint_check(p):", '    """Refuse parameters that do not go together."""', *lines])
 
 
@@ -120,6 +122,8 @@ class _Following:
     arguments: str = ""
     """Inputs by name."""
     functions: tuple[str, ...] = ()
+    extremes: tuple[str, ...] = ()
+    """Lines that check the parameters with their least and largest factors."""
     begun: tuple[str, ...] = ()
     """Lines after which p are the parameters as they are at the start,"""
     stepped: tuple[str, ...] = ()
@@ -145,9 +149,24 @@ def _following(joint: Joint) -> _Following:
     return _Following(
         ", ".join(["z", "v", *(c.name for c in conditions)]),
         (_FACTOR.read_text(encoding="utf-8").split("\n\n\n", 1)[1].strip(), _modulated(joint, read)),
+        _extremes(joint),
         (*begun, applied),
         (*stepped, applied),
         f" + [{', '.join(read[c.kind] for c in late)}]" if late else "",
+    )
+
+
+def _extremes(joint: Joint) -> tuple[str, ...]:
+    factors: dict[Role, tuple[float, float]] = {}
+    for m in joint.modulations:
+        low, high = factors.get(m.role, (1.0, 1.0))
+        factors[m.role] = low * min(y for _, y in m.table), high * max(y for _, y in m.table)
+    rows = [factors.get(v.declared.role, (1.0, 1.0)) for v in variables_of(joint) if v.declared is not None]
+    return (
+        f"    for x, (lower, upper, above), factors in zip(p, BOUNDS, {rows!r}):",
+        "        for factor in factors:",
+        "            if not (lower <= x * factor <= upper and x * factor > above):",
+        '                raise ValueError(f"{x} is out of bounds times the factor {factor} of its conditions")',
     )
 
 
