@@ -1,0 +1,94 @@
+"""What a trace of a path makes of conditions and what FMUs make of them, where they tell the same."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from fmu.system.under_conditions import UnderConditions
+from jointlib.arrays import Array
+from jointlib.io.measurement_file import read_measurement, read_records
+from jointlib.joint import Joint
+from jointlib.law import JointLaw, Motion
+from jointlib.laws.coulomb import Coulomb
+from jointlib.laws.cubic import Cubic
+from jointlib.laws.dahl import Dahl
+from jointlib.laws.jenkins import Jenkins
+from jointlib.laws.viscous import Viscous
+from jointlib.loop.path.columns import kept
+from jointlib.loop.path.force.followed import Followed
+from jointlib.loop.path.preparation import Run, choose_preparation, prepare
+from jointlib.modulation import Modulation, held, lagged
+from jointlib.parameter import Role
+
+RATE = 2000.0
+TABLE = ((0.0, 0.4), (1.0, 1.0), (3.0, 1.6))
+
+
+def runs_of(folder: Path, voltages: Sequence[Array]) -> tuple[Run, ...]:
+    """Records of a sine of 3 Hz and 40 µm, with a voltage beside it."""
+    lines = f'schema = "jointlib/measurement/1"\nkind = "path"\nsample_rate = {RATE}\n'
+    for name, quantity, unit in (("z", "displacement", "m"), ("F", "force", "N"), ("u", "voltage", "V")):
+        told = "input = true\n" if name == "u" else ""
+        lines += f'[[channel]]\nname = "{name}"\nquantity = "{quantity}"\nunit = "{unit}"\n{told}'
+    for i, u in enumerate(voltages):
+        z = 40e-6 * np.sin(2 * np.pi * 3.0 * np.arange(len(u)) / RATE)
+        np.savez(folder / f"{i}.npz", z=z, F=1e5 * z, u=u)
+        lines += f'[[record]]\nfile = "{i}.npz"\n'
+    file = folder / "damper.measurement.toml"
+    file.write_text(lines)
+    measured = read_measurement(file)
+    records = read_records(measured, measured.records)
+    prepared = choose_preparation(measured, records)
+    return tuple(prepare(measured, record, prepared) for record in records)
+
+
+def stepped(law: JointLaw, m: Modulation, run: Run) -> Array:
+    """The force as an FMU has it, step by step; laws that remember are stepped as sparsely as the trace does."""
+    under = UnderConditions(Joint((law,), modulations=(m,)))
+    path = run.stepped() if law.states else run.path
+    z, v, u = path.displacement, path.velocity, run.inputs["voltage"]
+    state, behind, force = law.initial_state(z[0]), under.begun({"voltage": u[0]}), np.empty(len(z))
+    for i in range(len(z)):
+        motion = Motion(z[i], v[i], path.time_step)
+        force[i], state, behind = under.step(motion, {"voltage": float(u[i])}, state, behind)
+    return run.spread(force) if law.states else force
+
+
+@pytest.mark.parametrize(
+    ("law", "role"),
+    [(Viscous(400.0), Role.DAMPING), (Coulomb(12.0, 1e-4), Role.SLIP_FORCE), (Cubic(1e15), Role.STIFFNESS)],
+    ids=["viscous", "coulomb", "cubic"],
+)
+def test_without_memory_a_trace_and_an_fmu_have_one_rule(law: JointLaw, role: Role, tmp_path: Path) -> None:
+    u = 1.5 + 2.0 * np.sin(2 * np.pi * 0.8 * np.arange(round(2 * RATE)) / RATE)
+    runs, m = runs_of(tmp_path, [u]), Modulation(role, "voltage", 1.0, TABLE)
+    told = Followed(runs).force(law, (m,))
+    expected = kept(runs, [stepped(law, m, run) for run in runs])
+    assert np.max(np.abs(told - expected)) <= 1e-12 * np.max(np.abs(expected))
+
+
+@pytest.mark.parametrize("law", [Jenkins(4e6, 20.0), Dahl(4e6, 20.0)], ids=lambda law: str(law.kind))
+def test_with_memory_they_agree_under_conditions_at_points_of_the_table(law: JointLaw, tmp_path: Path) -> None:
+    """Between these a trace joins the forces, an FMU steps the joint there."""
+    held_still = [np.full(round(2 * RATE), x) for x, _ in TABLE]
+    runs, m = runs_of(tmp_path, held_still), Modulation(Role.SLIP_FORCE, "voltage", 1.0, TABLE)
+    told = Followed(runs).force(law, (m,))
+    expected = kept(runs, [stepped(law, m, run) for run in runs])
+    assert np.max(np.abs(told - expected)) <= 1e-9 * np.max(np.abs(expected))
+
+
+def test_the_lag_of_a_trace_is_that_of_an_fmu_whose_steps_become_short() -> None:
+    """Straight lines between samples there, held over a step here: apart by half a step."""
+    apart, lag = [], 0.05
+    for rate in (500.0, 1000.0, 2000.0):
+        u = np.sin(2 * np.pi * 4.0 * np.arange(round(rate)) / rate)
+        v = [float(u[0])]
+        for x in u[1:]:
+            v.append(held(float(x), v[-1], lag, 1 / rate))
+        apart.append(float(np.max(np.abs(lagged(u, lag, 1 / rate) - v))))
+    assert apart[0] / apart[1] == pytest.approx(2.0, rel=0.05)
+    assert apart[1] / apart[2] == pytest.approx(2.0, rel=0.05)
