@@ -171,7 +171,7 @@ def _structure(parts: Parts, systems: Mapping[str, System], conditions: Sequence
             connectors.append(replace(own[inside[1]], name=shown[1]))
             wires.append((shown, inside) if quantity == "force" else (inside, shown))
     for c in conditions:
-        connectors.append(Connector(c.name, "input", c.unit, f"{c.name} that parameters of joints follow"))
+        connectors.append(Connector(c.name, "input", c.unit, c.description))
         wires += [((None, c.name), (name, c.name)) for name in elements if c.name in _names(elements[name])]
     for link in parts.links:
         for side, (body, port) in enumerate(link.ends, start=1):

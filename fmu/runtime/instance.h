@@ -240,6 +240,7 @@ typedef struct {
 } jl_values;
 
 #ifdef JL_CONDITIONS
+enum { JL_MOTION_SAID = 1, JL_CONDITION_SAID = 2 }; /* that they left what is known of a joint */
 #define JL_PRESENT(v) ((v)->u + JL_INPUTS - JL_CONDITIONS)
 #define JL_HOLD(v) memcpy((v)->held, JL_PRESENT(v), sizeof (v)->held)
 #define JL_JUMPED(v) (memcmp((v)->held, JL_PRESENT(v), sizeof (v)->held) != 0)

@@ -101,21 +101,37 @@ void jl_look(const jl_values *v, double *rate, double *g)
 void jl_watch_at(jl_instance *instance, jl_call call, const double *motion)
 {
     int i;
+#ifdef JL_CONDITIONS
+    for (i = 0; i < JL_MOTIONS; i++) {
+        const int kind = i < 2 * JL_JOINTS ? JL_MOTION_SAID : JL_CONDITION_SAID;
+#else
     for (i = 0; i < JL_MOTIONS && !instance->outside; i++) {
+#endif
         const double x = motion[i], low = jl_validity[2 * i], high = jl_validity[2 * i + 1];
         char message[512];
+#ifdef JL_CONDITIONS
+        if (instance->outside & kind) continue;
+#endif
         if (x >= low && x <= high) continue;
         snprintf(message, sizeof message, "%s is %.6g, the joint was identified from %.6g to %.6g (said once)",
                  jl_motion_names[i], x, low, high);
         jl_report(instance, call, JL_WARNING, message);
+#ifdef JL_CONDITIONS
+        instance->outside |= kind;
+#else
         instance->outside = 1;
+#endif
     }
 }
 
 void jl_watch(jl_instance *instance, jl_call call)
 {
     double motion[JL_ROOM(JL_MOTIONS)];
+#ifdef JL_CONDITIONS
+    if (instance->outside == (JL_MOTION_SAID | JL_CONDITION_SAID)) return;
+#else
     if (instance->outside) return;
+#endif
     jl_motion(instance->values.s, instance->values.u, motion);
     jl_watch_at(instance, call, motion);
 }

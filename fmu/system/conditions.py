@@ -31,6 +31,11 @@ class Condition:
         return self.kind.replace("-", "_")
 
     @property
+    def description(self) -> str:
+        """What the input is."""
+        return f"{self.kind.replace('-', ' ')} that parameters of joints follow"
+
+    @property
     def unit(self) -> str:
         return CONDITIONS[self.kind]
 

@@ -128,7 +128,7 @@ class System:
 def with_conditions(system: System, where: str) -> System:
     """The system with an input for each condition that its joints depend on."""
     found = conditions_of(where, (joint for _, joint in system.joints))
-    told = [Signal(c.name, c.unit, f"{c.name} that parameters of joints follow", c.size, c.start) for c in found]
+    told = [Signal(c.name, c.unit, c.description, c.size, c.start) for c in found]
     B, D, F = (np.pad(M, ((0, 0), (0, len(found)))) for M in (system.B, system.D, system.F))
     return replace(system, inputs=(*system.inputs, *told), conditions=found, B=B, D=D, F=F)
 

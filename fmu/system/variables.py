@@ -123,7 +123,7 @@ def variables_of(joint: Joint) -> tuple[Variable, ...]:
     out = [
         Variable("displacement", "input", "m", "relative displacement across the joint", 0.0),
         Variable("velocity", "input", "m/s", "relative velocity across the joint", 0.0),
-        *(Variable(c.name, "input", c.unit, f"{c.name} that parameters follow", c.start) for c in conditions),
+        *(Variable(c.name, "input", c.unit, c.description, c.start) for c in conditions),
         Variable("force", "output", "N", "restoring force of the joint"),
     ]
     for part, law in zip(parts, joint.laws, strict=True):
@@ -151,7 +151,7 @@ def variables_of(joint: Joint) -> tuple[Variable, ...]:
 
 def lagging(condition: Condition, nominal: float | None = None) -> Variable:
     """The state that is behind a condition by a lag."""
-    told = f"what parameters follow of the {condition.name}, behind it by a lag"
+    told = f"what parameters follow of the {condition.kind.replace('-', ' ')}, behind it by a lag"
     return Variable(f"followed.{condition.name}", "state", condition.unit, told, nominal=nominal)
 
 

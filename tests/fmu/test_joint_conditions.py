@@ -280,7 +280,6 @@ def test_a_host_without_python_finds_the_force_under_conditions_and_goes_on_from
     done = subprocess.run(command, input=text, capture_output=True, text=True, env={}, timeout=120)
     assert done.returncode == 0, done.stdout
     agree(np.array([float(x) for x in done.stdout.split()]), np.array(expected))
-    # Once, whatever leaves its table first.
     assert done.stderr.startswith("1: fmi")
     assert "said once" in done.stderr
 
@@ -302,6 +301,22 @@ def test_a_joint_without_conditions_ships_nothing_of_them() -> None:
     assert not [name for name, text in plain.items() if "CONDITION" in text.upper()]
     assert set(own) - set(plain) == {"conditions.h", "modulation.h"}
     assert not [name for name, text in plain.items() if text.count("#if") != text.count("#endif")]
+
+
+def test_leaving_what_is_known_of_conditions_is_logged_once_beside_leaving_that_of_motions(
+    capfd: pytest.CaptureFixture[str],
+) -> None:
+    require("cc")
+    fmu = Stepping(unpacked(_SHORT, 2), 2, {"temperature": 312.0})
+    for x, temperature in ((5e-7, 314.0), (5e-7, 280.0), (5e-6, 300.0), (6e-6, 320.0)):
+        fmu.step({"displacement": x, "temperature": temperature}, STEP)
+    said = [line for line in capfd.readouterr().out.splitlines() if "WARNING" in line]
+    assert len(said) == 2
+    assert "temperature is 314, the joint was identified from 283 to 313" in said[0]
+    assert "displacement is 5e-06" in said[1]
+
+
+_SHORT = replace(SPRING, name="short", validity={"amplitude": (0.0, 1e-6)})
 
 
 def test_what_is_set_is_what_the_factor_multiplies(tmp_path: Path) -> None:
