@@ -66,7 +66,7 @@ def _condition(where: str, kind: str, of: list[Modulation]) -> Condition:
     if kind == "time":
         raise InputError(
             f"{where}: its {of[0].role.value} depends on time, a name that an FMU needs for its own; expected the "
-            "joint at one time, Joint.at({'time': …}) in Python"
+            "joint at one time: without that [[modulation]], or Joint.at({'time': …}) in Python"
         )
     references = sorted({m.reference for m in of})
     if len(references) > 1:

@@ -50,7 +50,8 @@ def stepped(law: JointLaw, m: Modulation, run: Run) -> Array:
     """The force as an FMU has it, step by step; laws that remember are stepped as sparsely as the trace does."""
     under = UnderConditions(Joint((law,), modulations=(m,)))
     path = run.stepped() if law.states else run.path
-    z, v, u = path.displacement, path.velocity, run.inputs["voltage"]
+    z, v = path.displacement, path.velocity
+    u = run.inputs["voltage"][:: run.preparation.step if law.states else 1]
     state, behind, force = law.initial_state(z[0]), under.begun({"voltage": u[0]}), np.empty(len(z))
     for i in range(len(z)):
         motion = Motion(z[i], v[i], path.time_step)
@@ -79,6 +80,19 @@ def test_with_memory_they_agree_under_conditions_at_points_of_the_table(law: Joi
     told = Followed(runs).force(law, (m,))
     expected = kept(runs, [stepped(law, m, run) for run in runs])
     assert np.max(np.abs(told - expected)) <= 1e-9 * np.max(np.abs(expected))
+
+
+@pytest.mark.parametrize("law", [Jenkins(4e6, 20.0), Dahl(4e6, 20.0)], ids=lambda law: str(law.kind))
+def test_held_between_points_they_come_together_as_these_become_dense(law: JointLaw, tmp_path: Path) -> None:
+    runs, apart = runs_of(tmp_path, [np.full(round(2 * RATE), 1.1)]), []
+    for count in (2, 5, 17):
+        table = tuple((float(x), 0.4 + 0.4 * float(x)) for x in np.linspace(0.0, 3.0, count))
+        m = Modulation(Role.SLIP_FORCE, "voltage", 1.5, table)
+        told, expected = Followed(runs).force(law, (m,)), kept(runs, [stepped(law, m, runs[0])])
+        apart.append(float(np.sqrt(np.mean((told - expected) ** 2) / np.mean(expected**2))))
+    assert apart[0] > 3 * apart[1]
+    assert apart[1] > 3 * apart[2]
+    assert apart[2] < 0.01
 
 
 def test_the_lag_of_a_trace_is_that_of_an_fmu_whose_steps_become_short() -> None:

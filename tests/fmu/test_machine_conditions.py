@@ -19,12 +19,15 @@ from fmu.ssp import export_ssp
 from fmu.systems.ssd import NAMESPACES, SSD
 from jointlib.arrays import Array
 from jointlib.errors import InputError
+from jointlib.joint import Joint
 from jointlib.law import JointLaw
 from jointlib.laws.jenkins import Jenkins
 from jointlib.laws.linear import Linear
 from jointlib.modulation import Modulation
 from jointlib.parameter import Role
-from machines import Machine, read_machine
+from machines import Connection, Machine, Modal, read_machine
+from machines.model.by_speed import BySpeed
+from machines.model.spindle_speed import at_speed
 
 SOFTER = ((283.0, 1.2), (293.0, 1.0), (313.0, 0.64))
 WARMTH = Modulation(Role.STIFFNESS, "temperature", 293.0, SOFTER)
@@ -240,6 +243,19 @@ def test_a_system_of_fmus_has_one_connector_that_goes_to_all_joints_that_depend_
     assert {w for w in wires if w[0] in {"temperature", "voltage"}} == {
         (name, joint, name) for name in ("temperature", "voltage") for joint in ("foot", "guide")
     }
+
+
+def test_where_bodies_depend_on_the_spindle_speed_it_is_that_of_the_file_and_no_input() -> None:
+    """An input would move the joints alone."""
+    bodies = tuple(Modal("cutter", ("x",), np.array([f]), np.array([0.02]), np.eye(1)) for f in (900.0, 800.0))
+    slower = Modulation(Role.STIFFNESS, "spindle-speed", 0.0, ((0.0, 1.0), (20e3, 0.8)))
+    spring = Joint((Linear(1e6),), modulations=(slower, WARMTH))
+    for body, inputs in ((BySpeed("cutter", (0.0, 20e3), bodies), []), (bodies[0], ["spindle_speed"])):
+        machine = Machine((body,), (Connection("guide", ("cutter.x", "ground"), spring),), tool={"x": "cutter.x"})
+        system = system_of_machine(at_speed(machine, 10e3))
+        assert [s.name for s in system.inputs] == ["force_x", "temperature", *inputs]
+        ((_, joint),) = system.joints
+        assert joint.parameters["linear.stiffness"] == pytest.approx(0.9e6, rel=1e-14)
 
 
 def test_joints_at_different_references_need_conditions_of_the_machine() -> None:
