@@ -82,6 +82,7 @@ def export_fmu(
     The runtime ``"c"`` is a native library, for co-simulation and, where every law can, model exchange, in FMI 2.0 or
     3.0; ``"python"`` needs a host that brings Python, and does joints only, co-simulation in FMI 2.0. None takes the
     native one where a C compiler is found. Co-simulation holds the inputs over a step; a machine is integrated inside.
+    Each condition that parameters of joints follow is one more input, which starts at their reference.
     Before the file appears FMPy has validated it and repeated a run of the Python laws, within 1e-12 of the largest
     force of a joint, or within 1e-6 of the largest values of a machine. Where ``"c"`` is asked for and no compiler is
     found, the FMU holds its sources, is validated, and says that it was not run. ``platforms`` (``"win64"`` as in FMI
