@@ -9,8 +9,9 @@ from jointlib.errors import InputError
 from jointlib.joint import Joint
 from jointlib.modulation import CONDITIONS, Modulation
 
-NAMES = frozenset(kind.replace("-", "_") for kind in CONDITIONS)
-"""Of all that can be a condition, as variables."""
+_NAMED = {kind: "elapsed_time" if kind == "time" else kind.replace("-", "_") for kind in CONDITIONS}
+"""As variables; every FMU has a time of its own."""
+NAMES = frozenset(_NAMED.values())
 
 
 @dataclass(frozen=True)
@@ -27,8 +28,8 @@ class Condition:
 
     @property
     def name(self) -> str:
-        """``temperature``; ``spindle_speed``."""
-        return self.kind.replace("-", "_")
+        """``temperature``; ``spindle_speed``; ``elapsed_time`` of what warms up or wears."""
+        return _NAMED[self.kind]
 
     @property
     def description(self) -> str:
@@ -63,11 +64,6 @@ def conditions_of(where: str, joints: Iterable[Joint]) -> tuple[Condition, ...]:
 
 
 def _condition(where: str, kind: str, of: list[Modulation]) -> Condition:
-    if kind == "time":
-        raise InputError(
-            f"{where}: its {of[0].role.value} depends on time, a name that an FMU needs for its own; expected the "
-            "joint at one time: without that [[modulation]], or Joint.at({'time': …}) in Python"
-        )
     references = sorted({m.reference for m in of})
     if len(references) > 1:
         told = " and ".join(f"{x:g}" for x in references)

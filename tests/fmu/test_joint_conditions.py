@@ -31,6 +31,9 @@ from fmu.verify import verify_fmu
 from jointlib.arrays import Array
 from jointlib.joint import Joint
 from jointlib.law import Motion
+from jointlib.laws.linear import Linear
+from jointlib.modulation import Modulation
+from jointlib.parameter import Role
 
 KINDS = [("c", 2), ("c", 3), ("python", 2)]
 
@@ -72,6 +75,16 @@ def test_with_nothing_connected_the_force_is_that_of_the_joint_without_modulatio
         (tmp_path / name).mkdir()
         found[name] = by_fmu(joint, [{}] * n, runtime, fmi, tmp_path / name)
     assert np.array_equal(found["every"], found["plain"])
+
+
+@pytest.mark.parametrize(("runtime", "fmi"), KINDS)
+def test_what_changes_with_time_follows_an_elapsed_time_beside_that_of_the_fmu(
+    runtime: str, fmi: int, tmp_path: Path
+) -> None:
+    warming = Modulation(Role.STIFFNESS, "time", 0.0, ((0.0, 1.0), (3600.0, 1.1)))
+    joint, n = Joint((Linear(2e8),), "warming", modulations=(warming,)), len(path()[0])
+    expected = stepped(joint, [{"time": 1800.0}] * n)
+    agree(by_fmu(joint, [{"elapsed_time": 1800.0}] * n, runtime, fmi, tmp_path), expected)
 
 
 @pytest.mark.parametrize(("runtime", "fmi"), KINDS)
