@@ -149,23 +149,26 @@ def multiplier(passing: Real) -> tuple[Array, Array]:
 
 def _raised(power: Real) -> tuple[Real, Array]:
     """Maps squared a few times, of size 1, and ln of their size, (samples,)."""
-    grown = np.zeros(len(power))
-    for _ in range(_SQUARED):
+    power, grown = _sized(power @ power)
+    for _ in range(_SQUARED - 1):
         power = power @ power
-        size = _size(power)
-        power *= (1 / size)[:, None, None]
-        grown = 2 * grown + np.log(size)
-    return power, grown
+    power, more = _sized(power)
+    return power, _TIMES // 2 * grown + more
+
+
+def _sized(power: Real) -> tuple[Real, Array]:
+    """Maps or vectors made of size 1, in place, and ln of their size, (samples,)."""
+    size = _size(power)
+    power *= (1 / size)[:, None, None]
+    return power, np.log(size)
 
 
 def _moved(power: Real, vector: Real) -> tuple[Real, Array]:
     """Vectors after some steps, of length 1, and ln of how much longer they became, (samples, n, 1), (samples,)."""
     grown = -np.log(_size(vector))
     for _ in range(_TIMES // 2):
-        vector = power @ (power @ vector)
-        size = _size(vector)
-        vector *= (1 / size)[:, None, None]
-        grown += np.log(size)
+        vector, longer = _sized(power @ (power @ vector))
+        grown += longer
     return vector, grown
 
 

@@ -34,7 +34,7 @@ _MOVED, _JUMPS, _ROWS = 0.6, 0.1, 0.15
 """Share of the numbers that a step moves, of the steps that go the whole difference, and that take another sample."""
 _ACCEPTED, _TOLD = 0.25, 1.5
 """Share of the steps that should be accepted, and how fast their length follows."""
-_LIKELIER = 3.0
+_LIKELIER = 1.0
 """Nats, over the power, by which a move may make the places left likelier than any draw does and still be followed."""
 _JITTER = 0.01
 _SETTLED = 30
