@@ -32,9 +32,9 @@ _SPAN, _NODES, _PER_PERIOD = 2.5, 4.0, 4.0
 With them a border is off by less than a thousandth of its depth."""
 SINGLE = np.float32
 """Of the relations, which put ln|μ| off by a few millionths; only I(λ) and what the poles turn by need more."""
-_DOUBLED, _VANISHED, _LARGE = 5, 1e-4, 3.0
-"""Powers of a force by which 1 and it is inverted, each the square of the one before, how small the last one has to be,
-and how large none may be."""
+_DOUBLED, _VANISHED = 4, 1e-4
+"""Powers of a force by which 1 and it is inverted, each the square of the one before, and how small the last one has to
+be."""
 Single = npt.NDArray[np.float32]
 SingleComplex = npt.NDArray[np.complex64]
 
@@ -164,21 +164,13 @@ def _inverse(A: Single) -> Single:
     What A feels hangs on what was before, so that its powers vanish; where they are slow to, 1 + A is inverted.
     """
     one = np.eye(A.shape[1], dtype=SINGLE)
-    found, power, left = one - A, A, np.arange(len(A))
-    for _ in range(_DOUBLED):
-        power = power @ power
-        if len(left) == len(A):
+    found, power = one - A, A
+    with np.errstate(over="ignore", invalid="ignore"):
+        for _ in range(_DOUBLED):
+            power = power @ power
             found += found @ power
-        else:
-            found[left] += found[left] @ power
-        size = np.max(np.abs(power), axis=(1, 2), initial=0.0)
-        done, slow = size < _VANISHED, ~(size < _LARGE)
-        if np.all(done):
-            return found
-        if np.any(done | slow):
-            found[left[slow]] = np.linalg.inv(one + A[left[slow]])
-            left, power = left[~done & ~slow], power[~done & ~slow]
-    found[left] = np.linalg.inv(one + A[left])
+    slow = ~(np.max(np.abs(power), axis=(1, 2), initial=0.0) < _VANISHED)
+    found[slow] = np.linalg.inv(one + A[slow])
     return found
 
 
