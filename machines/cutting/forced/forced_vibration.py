@@ -141,9 +141,9 @@ def forced_vibration(machine: Machine, speed: ArrayLike, depth: ArrayLike) -> Fo
     n, b = (np.ravel(part) for part in np.broadcast_arrays(np.asarray(speed, float), np.asarray(depth, float)))
     if not (np.all(np.isfinite(n) & (n > 0)) and np.all(np.isfinite(b) & (b >= 0))):
         raise InputError("forced vibration: expected speeds above 0 and depths of at least 0, finite")
-    solver = _Cuts.of(machine, cutting)
     own = np.unique(n) if depends_on_speed(machine) else np.zeros(0)
-    turning = {rpm: _Cuts.of(at_speed(machine, rpm), cutting) for rpm in own.tolist()}
+    solver = _Cuts.of(machine, cutting, n)
+    turning = {rpm: _Cuts.of(at_speed(machine, rpm), cutting, n[n == rpm]) for rpm in own.tolist()}
     lots = [np.flatnonzero(n == rpm) for rpm in own] if turning else [np.arange(len(n))]
     blocks = [lot[first : first + _BLOCK] for lot in lots for first in range(0, len(lot), _BLOCK)]
     parts = [turning.get(float(n[rows[0]]), solver).at(n[rows], b[rows]) for rows in blocks]
@@ -164,7 +164,8 @@ class _Cuts:
     moves: bool
 
     @classmethod
-    def of(cls, machine: Machine, cutting: Cutting) -> _Cuts:
+    def of(cls, machine: Machine, cutting: Cutting, speed: Array) -> _Cuts:
+        """Under cuts at speeds in rpm."""
         tool = machine.tool_dofs
         for where, joint in zip(machine.flexible, machine.joints(), strict=True):
             for law in joint.laws:
@@ -179,7 +180,7 @@ class _Cuts:
                 )
         bare = Assembly(machine, tool, tool)
         if not bare.nonlinear:
-            return cls(bare, cutting, False)
+            return cls(replace(bare, swept=_swept(cutting, speed)), cutting, False)
         standing = machine if machine.static is not None else replace(machine, static=StaticLoad())
         placed = Assembly(standing, tool, tool)
         try:
@@ -260,6 +261,13 @@ class _Cuts:
         tail = np.cumsum(size[::-1], axis=0)[::-1] / np.maximum(np.sum(size, axis=0), 1e-300)
         least = int(np.argmax(np.all(tail < _LEFT, axis=1))) if np.any(np.all(tail < _LEFT, axis=1)) else _MOST
         return int(np.clip(least, _FEWEST, _MOST))
+
+
+def _swept(cutting: Cutting, speed: Array) -> tuple[float, float]:
+    """From the slowest to the fastest harmonic of the teeth in rad/s, at speeds in rpm."""
+    cutter = Cutter.of(cutting, runout=True)
+    turning = 2 * np.pi * cutter.patterns * speed / 60
+    return float(np.min(turning)), _HARMONICS * len(cutter.flutes) * float(np.max(turning))
 
 
 def _span(phasors: ComplexArray) -> Array:
