@@ -90,6 +90,10 @@ class Shape:
 
     lines: Array
     size: Array
+    every: Array
+    """Lines in Hz that hold these and more, on which every resonance is seen."""
+    columns: Array
+    """Norm of G there under a force along each axis, (lines, n)."""
 
     @property
     def highest(self) -> float:
@@ -152,4 +156,4 @@ def _thinned(f: Array, G: ComplexArray, size: Array) -> Shape:
     for i in range(1, len(f)):
         if np.linalg.norm(G[i] - G[kept[-1]]) > _STEP * min(size[i], size[kept[-1]]) or i == len(f) - 1:
             kept.append(i)
-    return Shape(f[kept], size[kept])
+    return Shape(f[kept], size[kept], f, np.linalg.norm(G, axis=1))

@@ -107,12 +107,13 @@ def test_lines_that_do_not_just_follow_are_not_folded() -> None:
 
 
 def test_weak_lines_move_a_crossing_as_in_the_whole_loop() -> None:
-    """What they do to each other is a share of what they do, so that less than a quarter of the change is left."""
+    """What they do to each other is a share of what they do, so that less than a quarter of the change is left
+    where the gain round their loop is below 1."""
     many, resolved = loop_of(60), shape(tool_point(TOOL, TOOL.axes, TOOL.lines))
     whole = crossing_of(many)
-    strong = strong_lines(many, resolved, 0.15 * resolved.largest)
+    strong = strong_lines(many, resolved, 0.08 * resolved.largest)
     every = strong_lines(many, resolved, 1e-3 * resolved.largest)
-    few = folded(every, resolved, 0.15 * resolved.largest, whole.depth)
+    few = folded(every, resolved, 0.08 * resolved.largest, whole.depth)
     assert few.size == strong.size
     left_out, moved = (abs(near(loop, whole).depth / whole.depth - 1) for loop in (strong, few))
     assert moved < 0.25 * left_out

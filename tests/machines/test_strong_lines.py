@@ -48,7 +48,7 @@ def loop_of(seed: int, speed: float) -> tuple[HarmonicLoop, Shape]:
 
 
 def test_the_depth_of_the_strong_lines_settles_where_that_of_all_lines_does(monkeypatch: pytest.MonkeyPatch) -> None:
-    """At 2800 rpm the crossing of the few strongest lines is not that of the loop, so that more are asked."""
+    """Of the rows of the loop less than half are kept."""
     machine = read_machine(LIBRARY / "column_mill_a.toml")
     sizes = []
 
@@ -58,13 +58,13 @@ def test_the_depth_of_the_strong_lines_settles_where_that_of_all_lines_does(monk
         return strong
 
     def every(loop: HarmonicLoop, _resolved: Shape, _level: float) -> StrongLines:
-        return StrongLines(loop, np.ones(len(loop.orders), dtype=bool))
+        return StrongLines(loop, np.ones((len(loop.orders), 2), dtype=bool))
 
     found = []
     for lines in (watched, every):
         monkeypatch.setattr(crossing, "strong_lines", lines)
         found.append(lobes_at_amplitude(machine, [2800.0], method="multi-frequency"))
-    assert min(sizes) < 0.3
+    assert min(sizes) < 0.5
     assert found[0].kind.tolist() == found[1].kind.tolist() == ["hopf"]
     assert found[0].depth == pytest.approx(found[1].depth, rel=crossing.AGREE)
 
@@ -75,8 +75,8 @@ def test_a_line_is_kept_with_its_mate_and_where_a_resonance_lies_between_its_end
     kept = strong_lines(many, resolved, 0.3 * resolved.largest).kept
     assert np.array_equal(kept, kept[::-1])  # q and −q−1 carry the same frequency at ν = 1/2
     strongest = resolved.lines[np.argmax(resolved.size)]
-    assert kept[list(many.orders).index(np.floor(strongest / loop.tooth_frequency))]
-    assert 0 < np.count_nonzero(kept) < 0.3 * len(kept)
+    assert np.any(kept[list(many.orders).index(np.floor(strongest / loop.tooth_frequency))])
+    assert 0 < np.count_nonzero(kept) < 0.3 * kept.size
 
 
 def test_rows_of_the_strong_lines_are_those_of_the_whole_loop() -> None:
@@ -84,14 +84,14 @@ def test_rows_of_the_strong_lines_are_those_of_the_whole_loop() -> None:
     many = HarmonicLoop(loop.receptance, CUT, (0, 1), loop.tooth_frequency, 30)
     strong = strong_lines(many, resolved, 0.3 * resolved.largest)
     fraction = np.array([0.1, 0.37, 0.5])
-    rows = np.repeat(strong.kept, 2)
+    rows = strong.kept.ravel()
     np.testing.assert_allclose(strong(fraction), many.by_lines(fraction)[:, rows][:, :, rows], rtol=0, atol=1e-9)
 
 
 def test_a_loop_of_lines_that_are_all_kept_has_the_crossings_of_the_whole() -> None:
     loop, resolved = loop_of(2, 4000.0)
     many = HarmonicLoop(loop.receptance, CUT, (0, 1), loop.tooth_frequency, 24)
-    every = StrongLines(many, np.ones(len(many.orders), dtype=bool))
+    every = StrongLines(many, np.ones((len(many.orders), 2), dtype=bool))
     fraction = resolved.folded(loop.tooth_frequency)
     by_all, by_lines = first_crossings(many, fraction), first_crossings(every, fraction)
     assert [one.depth for one in by_lines] == pytest.approx([one.depth for one in by_all], rel=1e-9)

@@ -18,11 +18,12 @@ from scipy.linalg.lapack import zgetrf, zgetrs
 from jointlib.arrays import ComplexArray
 
 from .loop_branches import Crossing, regeneration
-from .multi_frequency import HarmonicLoop, coupled, stiffest_direction
+from .multi_frequency import HarmonicLoop, stiffest_direction
+from .strong_lines import StrongLines
 
 Product = Callable[[ComplexArray], ComplexArray]
 
-_FOLLOWS = 0.7
+_FOLLOWS = 0.35
 """Gain round the loop up to which a line follows the others."""
 _ROUNDS, _STRAIGHT = 60, 6
 """Steps along one straight A(ν), and how often that is drawn."""
@@ -46,11 +47,10 @@ def followed_crossing(
     nu, depth = crossing.fraction, crossing.depth
     lines, turn = loop.lines(np.array([nu]))[0], _turn(nu)
     stiffest = stiffest_direction(loop.cutting, loop.axes)
-    strong = depth * abs(turn) * stiffest * np.linalg.norm(lines, axis=(1, 2)) >= _FOLLOWS
-    if not 0 < np.count_nonzero(strong) <= len(strong) / 2:
+    strong = depth * abs(turn) * stiffest * np.linalg.norm(lines, axis=1) >= _FOLLOWS
+    if not 0 < np.count_nonzero(strong) <= strong.size / 2:
         return None
-    rows = np.repeat(strong, lines.shape[-1])
-    among = coupled(loop.coupling(loop.orders[strong]), lines[None, strong])[0]
+    rows, among = strong.ravel(), StrongLines(loop, strong)(np.array([nu]))[0]
     factors, pivots, _ = zgetrf(np.eye(len(among)) + depth * turn * among)
 
     def step(left: ComplexArray) -> ComplexArray:

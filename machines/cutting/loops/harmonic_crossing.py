@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from itertools import combinations
 
 import numpy as np
 
@@ -23,6 +24,8 @@ AGREE = 1e-4
 SAME = 0.05
 GAIN = 0.5
 """Gain round the loop below which a line cannot chatter by itself."""
+_ONE = 1e-7
+"""Share of a depth, and of a tooth frequency, within which two crossings are one."""
 _FEW = 24
 """Harmonics up to which all lines take part in the search."""
 _LARGEST = 240
@@ -46,8 +49,11 @@ class Found:
     harmonics: int = 0
 
 
-def harmonic_crossing(loop: HarmonicLoop, resolved: Shape, stiffest: float) -> Found:
-    """The settled crossing at one speed; P grows until twice as many change nothing."""
+def harmonic_crossing(loop: HarmonicLoop, resolved: Shape, stiffest: float, about: float = np.inf) -> Found:
+    """The settled crossing at one speed; P grows until twice as many change nothing.
+
+    ``about`` which depth (m) it is, where something tells that, spares a search; it decides nothing.
+    """
     fraction = resolved.folded(loop.tooth_frequency)
     P = int(np.ceil(resolved.highest / loop.tooth_frequency)) + PAST
     while P <= _FEW:
@@ -67,23 +73,25 @@ def harmonic_crossing(loop: HarmonicLoop, resolved: Shape, stiffest: float) -> F
                     line = largest_line(settled.fraction + coarse.orders, moved)
                     return Found(settled, line, _doubt(*first, fraction), finer.harmonics)
         P *= 2
-    return _strongest(loop, resolved, stiffest)
+    return _strongest(loop, resolved, stiffest, about)
 
 
-def _strongest(loop: HarmonicLoop, resolved: Shape, stiffest: float) -> Found:
+def _strongest(loop: HarmonicLoop, resolved: Shape, stiffest: float, about: float) -> Found:
     """The settled crossing where many teeth pass in a wave of the fastest mode: the strongest lines first.
 
     A line on which the gain round the loop stays below `GAIN` at the depth found cannot chatter by itself, so that
     modes far above the band ask for no harmonics.
     """
-    level, faintest, about = _STRONG * resolved.largest, _FAINTEST * resolved.largest, np.inf
+    level, faintest = _STRONG * resolved.largest, _FAINTEST * resolved.largest
+    if np.isfinite(about):
+        level = min(level, (1 - SAME) * GAIN / (2 * stiffest * about))
     while True:
         P = int(np.ceil(resolved.reaching(max(level, faintest)) / loop.tooth_frequency)) + PAST
         if level < faintest:
             P = max(P, min(2 * P, _MOST))  # nothing chatters where twice as many find nothing either
         if P > _MOST:
             break
-        whole, finer = resolving(loop, P), resolving(loop, 2 * P)
+        whole = resolving(loop, P)
         fraction = resolved.folded(loop.tooth_frequency, level / 2)
         strong = _strong(replace(loop, harmonics=P), resolved, level, about)
         narrowed = strong.size <= whole.size / 2
@@ -91,16 +99,18 @@ def _strongest(loop: HarmonicLoop, resolved: Shape, stiffest: float) -> Found:
         if not search and level < faintest:
             return Found(NONE)
         if not search:
-            level /= 4
+            level, about = level / 4, np.inf
             continue
         needed = GAIN / (2 * stiffest * search[0].depth)
         lacking = level > needed if narrowed else resolved.reaching(needed) > (P + 0.5) * loop.tooth_frequency
         if level >= faintest and lacking:
             level, about = min((1 - SAME) * needed, level / 1.5), search[0].depth
             continue
+        P = min(P, int(np.ceil(resolved.reaching(max((1 - SAME) * needed, faintest)) / loop.tooth_frequency)) + PAST)
         if narrowed and not (search := _of_all_lines(IteratedLoop(replace(loop, harmonics=P)), search)):
             level, about = level / 2, np.inf
             continue
+        finer = resolving(loop, 2 * P)
         before, settled = search[0], _lowest(finer, search, fraction)
         while settled.kind and abs(settled.depth / before.depth - 1) > AGREE and P < _MOST:
             P *= 2
@@ -134,11 +144,18 @@ def _strong(
 
 
 def _of_all_lines(whole: IteratedLoop, found: list[Crossing]) -> list[Crossing]:
-    """Crossings of the strong lines with all others beside them; none where one of them moves far."""
+    """Crossings of the strong lines with all others beside them; none where one moves far, or onto another."""
+    found = [one for i, one in enumerate(found) if not any(_alike(one, other) for other in found[:i])]
     settled = [near(whole, one) for one in found]
-    if all(at.kind and abs(at.depth / one.depth - 1) < SAME for one, at in zip(found, settled, strict=True)):
-        return sorted(settled, key=lambda one: one.depth)
-    return []
+    far = any(not at.kind or abs(at.depth / one.depth - 1) >= SAME for one, at in zip(found, settled, strict=True))
+    if far or any(_alike(*two) for two in combinations(settled, 2)):
+        return []
+    return sorted(settled, key=lambda one: one.depth)
+
+
+def _alike(one: Crossing, other: Crossing) -> bool:
+    """Whether two crossings are one."""
+    return abs(one.depth / other.depth - 1) < _ONE and abs(one.fraction - other.fraction) < _ONE
 
 
 def _lowest(finer: HarmonicLoop | IteratedLoop, search: list[Crossing], fraction: Array) -> Crossing:
@@ -150,7 +167,8 @@ def _lowest(finer: HarmonicLoop | IteratedLoop, search: list[Crossing], fraction
     found = [near(finer, one) for one in search]
     lowest = min(found, key=lambda one: one.depth)
     if any(not at.kind and one.depth < lowest.depth for one, at in zip(search, found, strict=True)):
-        lowest = min(first_crossings(finer, fraction), key=lambda one: one.depth, default=NONE)
+        every = [lowest, *first_crossings(finer, fraction, None, lowest.depth)]
+        lowest = min(every, key=lambda one: one.depth)
     return lowest
 
 

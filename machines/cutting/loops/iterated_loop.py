@@ -59,7 +59,7 @@ class IteratedLoop(Iterated):
     @property
     def size(self) -> int:
         """Lines times directions: rows of the matrix that is not formed."""
-        return len(self.loop.orders) * len(self.loop.axes)
+        return self.loop.size if isinstance(self.loop, StrongLines) else len(self.loop.orders) * len(self.loop.axes)
 
     def leftmost(
         self, fraction: float, bound: float = -np.inf, count: int = _FIRST, tolerance: float = SEARCHED
@@ -135,6 +135,7 @@ class IteratedLoop(Iterated):
 
     def force(self, carried: ComplexArray) -> ComplexArray:
         """The force on the tool at ω + qω_T for an eigenvector, (lines, n)."""
+        assert isinstance(self.loop, HarmonicLoop), "all lines and directions"
         return carried.reshape(-1, len(self.loop.axes))
 
     @cached_property

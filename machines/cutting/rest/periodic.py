@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import lru_cache
 
 import numpy as np
 
@@ -13,6 +14,7 @@ from jointlib.shown.progress import each
 from ...tool.bounded_band import Shape, Spectrum, shape, spectrum
 from ...tool.tool_model import ToolModel
 from ...tool.tool_point import ToolPoint
+from ..loops import crossing
 from ..loops.collocation import FINER, MORE, MOST_SETTLED, ArcMap, arc_map, node_count
 from ..loops.critical_depth import eigenvector, first_crossings, near
 from ..loops.harmonic_crossing import (
@@ -27,6 +29,8 @@ from ..loops.harmonic_crossing import (
 )
 from ..loops.loop_branches import NONE, Crossing
 from ..loops.multi_frequency import HarmonicLoop, stiffest_direction
+from ..loops.regeneration import Loops, Trace, trace
+from ..process import zero_order
 from ..process.chart import StabilityLobes
 from ..process.cutting import Cutting
 
@@ -47,6 +51,8 @@ FAR = 2.0
 MANY_NODES = 300
 """Nodes beyond which harmonics search and collocation settles."""
 JOINED = 3e-5
+_DEEPER = 1.1
+"""Times the limit of the mean cut that hardly a cut is deeper at low speeds, where that is used."""
 _RAISES = 6
 _GUARD = 1e-6
 
@@ -59,14 +65,27 @@ def by_harmonics(point: ToolPoint, cutting: Cutting, speed: Array) -> StabilityL
     axes = tuple("xy".index(axis) for axis in point.axes)
     stiffest = stiffest_direction(cutting, axes)
     refuse_resonant_ends(receptance, resolved)
+    about = dict(zip(speed.tolist(), _DEEPER * _of_mean_cut(point, cutting, speed), strict=True))
     found = [
-        harmonic_crossing(HarmonicLoop(receptance, cutting, axes, cuts * rpm / 60, 0), resolved, stiffest)
+        harmonic_crossing(HarmonicLoop(receptance, cutting, axes, cuts * rpm / 60, 0), resolved, stiffest, about[rpm])
         for rpm in each("speeds", speed.tolist(), len(speed))
     ]
     said = _band_said(receptance, found, stiffest, speed)
     chart = charted("multi-frequency", found, cutting, speed, said)
     doubt = np.array([one.doubt for one in found])
     return replace(chart, known_below=np.where(doubt > _DOUBTFUL, (1 - doubt) * chart.depth, np.inf))
+
+
+def _of_mean_cut(point: ToolPoint, cutting: Cutting, speed: Array) -> Array:
+    """Limits in m of the mean of the cut, near the truth where many waves lie between teeth, at speeds in rpm."""
+    period = 60 / (cutting.cuts_per_revolution * speed)
+    return np.asarray(crossing.first_crossings(*_mean_cut(point, cutting), period[None]).depth[0])
+
+
+@lru_cache(maxsize=8)
+def _mean_cut(point: ToolPoint, cutting: Cutting) -> tuple[Loops, Trace]:
+    loops = Loops.of(point, zero_order.loop_stiffness(cutting, point.axes))
+    return loops, trace(loops)
 
 
 def by_collocation(model: ToolModel, point: ToolPoint, cutting: Cutting, speed: Array) -> StabilityLobes:
