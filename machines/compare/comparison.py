@@ -17,7 +17,6 @@ from jointlib.shown.pictures import AFTER, MEASURED, axes_of, draw_magnitude, li
 from jointlib.shown.result import Columns, Shown
 
 from ..bundles.bundle import said_by
-from ..cutting.amplitude.chattering_tool import tip_at_rest
 from ..cutting.amplitude.lobes_over_range import over_the_range
 from ..cutting.process.chart import StabilityLobes
 from ..cutting.process.cutting import Cutting
@@ -25,6 +24,7 @@ from ..cutting.rest.solve import stability_lobes
 from ..forced_response.response import response
 from ..loop.records import LevelFRF, read_frfs
 from ..model.machine import Machine
+from ..tool.at_rest import tip_at_rest
 from .measured_peaks import Resonance, at_the_peaks, resonances
 from .whole_curves import frac, unit_smell
 

@@ -9,7 +9,6 @@ import numpy as np
 from jointlib.arrays import Array
 from jointlib.errors import CheckFailed, InputError
 
-from ..cutting.amplitude.chattering_tool import tip_at_rest
 from ..cutting.amplitude.frozen_lobes import lobes_at_amplitude
 from ..cutting.amplitude.lobes_over_range import lobes_over_range
 from ..cutting.process.chart import StabilityLobes
@@ -17,6 +16,7 @@ from ..cutting.rest.beyond_record import refuse_unknown
 from ..cutting.rest.chart_file import default_speeds
 from ..cutting.rest.periodic import AT_SPEEDS
 from ..model.machine import Machine
+from ..tool.at_rest import tip_at_rest
 from ..tool.chatter_band import ChatterBand, chatter_band, frequency_range
 from ..tool.tool_model import around
 from .computed_peaks import tops_of

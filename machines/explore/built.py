@@ -13,7 +13,7 @@ from jointlib.arrays import Array, ComplexArray
 from jointlib.errors import CheckFailed, InputError, Outcome
 from jointlib.frf import FRF, ReceptanceKind
 
-from ..cutting.amplitude.chattering_tool import chattering, chattering_point, tool_at_rest
+from ..cutting.amplitude.chattering_tool import chattering, chattering_point
 from ..cutting.process.chart import StabilityLobes
 from ..cutting.process.cutting import Cutting
 from ..cutting.rest.solve import stability_lobes
@@ -21,6 +21,7 @@ from ..cutting.rest.together import preview
 from ..harmonic_balance.assembly import Assembly
 from ..model.machine import Machine
 from ..operating.operating_point import OpenTool, frozen_receptance, operating_point
+from ..tool.at_rest import tool_at_rest
 from ..tool.chatter_band import chatter_band, modes_at_rest
 from ..tool.tool_model import ToolModel
 from ..view import scene

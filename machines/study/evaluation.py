@@ -15,13 +15,14 @@ from jointlib.errors import CheckFailed, InputError
 from jointlib.frf import FRF
 from jointlib.joint import Joint
 
-from ..cutting.amplitude.chattering_tool import operating_receptance, tool_at_rest
+from ..cutting.amplitude.chattering_tool import operating_receptance
 from ..cutting.process.cutting import Cutting
 from ..cutting.rest.together import static_compliance
 from ..model.joint_places import joint_units
 from ..model.machine import Machine
 from ..model.spindle_speed import depends_on_speed
 from ..operating.operating_point import frozen_receptance
+from ..tool.at_rest import tool_at_rest
 from ..tool.chatter_band import chatter_band
 from ..tool.tool_model import ToolModel
 from .asked import DEPTHS

@@ -13,10 +13,10 @@ from machines import Cutting, read_machine, stability_lobes
 from machines.compare.comparison import compared, depths, paired, share
 from machines.compare.measured_peaks import Resonance, at_the_peaks, resonances
 from machines.compare.whole_curves import frac, unit_smell
-from machines.cutting.amplitude.chattering_tool import tip_at_rest
 from machines.loop.noise.deviation import from_neighbours
 from machines.loop.records import LevelFRF
 from machines.report.comparison_section import comparison_rows, comparison_section
+from machines.tool.at_rest import tip_at_rest
 
 LIBRARY = Path(__file__).parents[2] / "machines" / "library"
 F, ZETA, K = 400.0, 0.02, 2e7

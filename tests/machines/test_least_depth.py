@@ -14,6 +14,7 @@ from machines.cutting.amplitude import chattering_tool
 from machines.cutting.amplitude.frozen_lobes import frozen_lobes
 from machines.cutting.amplitude.least_depth import least_depth, least_depth_at
 from machines.cutting.rest.solve import stability_lobes
+from machines.tool.at_rest import kept_tool
 
 LATHE = Path(__file__).parents[2] / "machines" / "library" / "lathe.toml"
 SPEED = np.linspace(800.0, 4000.0, 30)
@@ -39,7 +40,7 @@ def test_lines_far_from_the_lowest_depth_decide_nothing(
     found, lines = [np.inf], []
     for _ in range(2):
         asked.clear()
-        chattering_tool._even_lines.cache_clear()
+        chattering_tool._known.cache_clear()
         found.append(frozen_lobes(lathe, SPEED, amplitude, "turning", 80, found[-1])[0].minimum_depth)
         lines.append(sum(asked))
     assert found[2] == pytest.approx(found[1], rel=1e-9)
@@ -51,9 +52,7 @@ def test_lines_far_from_the_lowest_depth_decide_nothing(
 
 @pytest.mark.slow
 def test_the_least_depth_is_the_lowest_of_the_charts_over_amplitude(lathe: Machine) -> None:
-    chart = stability_lobes(
-        chattering_tool.kept_tool(lathe), chattering_tool.Cutting(**dict(lathe.cutting or {})), SPEED
-    )
+    chart = stability_lobes(kept_tool(lathe), chattering_tool.Cutting(**dict(lathe.cutting or {})), SPEED)
     sizes: Array = np.array([1e-6, 4e-6])
     every = [frozen_lobes(lathe, SPEED, size, "turning")[0].minimum_depth for size in sizes.tolist()]
     depth, known = least_depth(lathe, chart, sizes)
@@ -66,7 +65,7 @@ def test_at_given_speeds_lines_are_refined_wherever_these_chatter(lathe: Machine
     """The lobe of a speed need not be near the lowest depth of all, so that no line may be left coarse."""
     speed = 3613.0 * np.linspace(0.98, 1.02, 5)
     cutting = chattering_tool.Cutting(**dict(lathe.cutting or {}))
-    chart = stability_lobes(chattering_tool.kept_tool(lathe), cutting, speed)
+    chart = stability_lobes(kept_tool(lathe), cutting, speed)
     chart = replace(chart, minimum_depth=1.0)
     whole = frozen_lobes(lathe, speed, 4e-6, "turning")[0]
     assert least_depth_at(lathe, chart, np.array([4e-6])) == (float(np.min(whole.depth)), 4e-6)

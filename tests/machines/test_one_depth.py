@@ -10,12 +10,12 @@ import pytest
 from random_machines import random_machine
 
 from machines import Machine, lobes_at_amplitude, read_machine
-from machines.cutting.amplitude.chattering_tool import tool_at_rest
 from machines.cutting.rest.solve import stability_lobes
 from machines.cutting.rest.together import Limits, limits, preview
 from machines.explore.built import Built
 from machines.lobes import Cutting
 from machines.study.variants import Variant
+from machines.tool.at_rest import tool_at_rest
 
 LIBRARY = Path(__file__).parents[2] / "machines" / "library"
 SEEDS = [1, 2, 3, 5, 8]

@@ -9,8 +9,8 @@ import pytest
 
 from jointlib.arrays import Array, ComplexArray
 from jointlib.errors import FrequencyMismatch
-from machines.cutting.amplitude.chattering_tool import tip_at_rest, tool_at_rest
 from machines.files.machine_file import read_machine
+from machines.tool.at_rest import tip_at_rest, tool_at_rest
 from machines.tool.tabulated import Tabulated
 from machines.tool.tool_point import ToolPoint
 

@@ -17,12 +17,12 @@ from jointlib.errors import InputError
 
 from ...model.machine import Machine
 from ...model.spindle_speed import refuse_dependence
+from ...tool.at_rest import tool_at_rest
 from ...tool.tool_model import ToolModel
 from ...tool.tool_point import tool_point
 from ..loops.regeneration import loop_eigenvalues
 from ..process import zero_order
 from ..process.cutting import Cutting
-from .chattering_tool import tool_at_rest
 from .frozen_lobes import lobes_at_amplitude
 
 _SPREAD = 1 / 3

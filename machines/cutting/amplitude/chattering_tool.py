@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Callable
 from dataclasses import replace
 from functools import lru_cache
 
@@ -12,16 +13,13 @@ from jointlib.arrays import Array, ComplexArray
 from jointlib.errors import FrequencyMismatch, InputError, Outcome
 from jointlib.shown.progress import each
 
-from ...components.measured import Measured
 from ...deadline import OutOfTime, in_time, within
-from ...harmonic_balance.assembly import Assembly
+from ...indices import Index
 from ...model.machine import Machine
 from ...operating.operating_point import OpenTool, OperatingPoint
-from ...statics.working_point import tangents
+from ...tool.at_rest import tip_at_rest
 from ...tool.chatter_band import chatter_band
-from ...tool.tabulated import Tabulated
-from ...tool.tool_model import ToolModel
-from ...tool.tool_point import ToolPoint, share_along
+from ...tool.tool_point import share_along
 from ..process import turning
 from ..process.cutting import Cutting
 from ..process.zero_order import loop_stiffness
@@ -36,6 +34,8 @@ _FAINT = 5e-3
 """Share of the largest receptance below which no resonance is looked for."""
 _NEAR, _HIDDEN = 0.5, 0.1
 """Share of the chatter at the deepest cut asked for, and by how much the receptance may be off far from it."""
+_APART = 4
+"""Lines apart of those to begin with where only some will matter."""
 _ROUNDS = 3
 _ALIGNED, _TOWARDS = 1e-6, 1e-2
 """How nearly a force points where it chatters first, and where the receptance only tells where to start."""
@@ -67,40 +67,51 @@ def operating_receptance(
 
     Lines are halved where the inverse receptance, which the lobe solver interpolates, is off by more than a share of
     ``straight`` between them. Where the joint jumps from one state to another no spacing is close enough; there the
-    halving ends. Where only depths of up to ``deepest`` (m) are asked for in turning, lines that chatter far beyond it
-    are halved once, or as long as the receptance is not what it seemed between them. The band is widened by the factor
-    ``beyond`` at both ends. In milling the tool vibrates as the ``cutting`` drives it, by default that of the machine.
+    halving ends. Where only depths of up to ``deepest`` (m) are asked for in turning, it begins with fewer lines, and
+    those that chatter far beyond it are halved once, or as long as the receptance is not what it seemed between them.
+    The band is widened by the factor ``beyond`` at both ends. In milling the tool vibrates as the ``cutting`` drives it, by default that of the machine.
     """
     if cutting is None:
         if machine.cutting is None:
             raise InputError(f"{machine.where}: no [cutting], lobes need a cutting operation")
         cutting = Cutting(**machine.cutting)
-    even = _rough_lines if rough else _even_lines
-    tool, point, between = even(machine, cutting, amplitude, points, beyond)
+    lines = _lines(machine, points, beyond)
+    few = 0 < deepest < np.inf and not chatter_band(machine).said
+    level = 0.0
+    if 0 < deepest < np.inf:
+        share = share_along(machine.tool_axes, cutting.rotation[0])
+        level = _NEAR / (2 * abs(float(turning.loop_stiffness(cutting)[0, 0])) * deepest)
+    tool = None if rough else _known(machine, cutting, amplitude)
+    ask = _rough(machine, cutting, amplitude, lines) if tool is None else tool.at
+    point = ask(lines[_telling(machine, points)] if few else lines)
     ends, straight = np.arange(len(point.frf.frequency) - 1), _ROUGH if rough else _STRAIGHT
-    for _ in each("refinements of the lines", range(_HALVINGS), _HALVINGS):
+    even = float(np.max(np.diff(lines)))
+    rounds = _HALVINGS + (int(np.log2(_APART)) if few else 0)
+    for _ in each("refinements of the lines", range(rounds), rounds):
         lines = point.frf.frequency
         if rough:
             size = np.linalg.norm(point.frf.receptance, axis=(1, 2))
             fine = np.array([outcome is not Outcome.STALLED for outcome in point.outcomes])
             loud = np.maximum(size[ends], size[ends + 1]) >= _FAINT * np.max(size)
             ends = ends[loud & fine[ends] & fine[ends + 1]]
+        if few:
+            ends = ends[lines[ends + 1] - lines[ends] > 1.5 * even / 2**_HALVINGS]
         if not len(ends):
             break
         middle = (lines[ends] + lines[ends + 1]) / 2
-        found = between or chattering(tool.on(middle), cutting, amplitude, rough)[0]
-        between = None
+        found = ask(middle)
         inverse = np.linalg.inv(point.frf.receptance)
         mean = np.linalg.inv((inverse[ends] + inverse[ends + 1]) / 2)
         error = np.linalg.norm(mean - found.frf.receptance, axis=(1, 2))
         size = np.linalg.norm(found.frf.receptance, axis=(1, 2))
         coarse = error > straight * size
-        if 0 < deepest < np.inf:
-            share = share_along(machine.tool_axes, cutting.rotation[0])
-            level = _NEAR / (2 * abs(float(turning.loop_stiffness(cutting)[0, 0])) * deepest)
+        if level:
             chatters = _chatters(point, share)
             near = np.maximum(chatters[ends], chatters[ends + 1]) >= level
-            coarse &= near | (_chatters(found, share) >= level) | (error > _HIDDEN * size)
+            near |= _chatters(found, share) >= level
+            coarse &= near | (error > _HIDDEN * size)
+            if few:
+                coarse |= near & (lines[ends + 1] - lines[ends] > 1.5 * even)
         point = _merged(point, found)
         # Both halves of an interval that was too coarse are looked at again.
         after = np.searchsorted(point.frf.frequency, middle[coarse])
@@ -121,24 +132,47 @@ def _lines(machine: Machine, points: int, beyond: float) -> Array:
     return lines
 
 
-def _rough_lines(
-    machine: Machine, cutting: Cutting, amplitude: float, points: int, beyond: float
-) -> tuple[OpenTool, OperatingPoint, None]:
-    """What is known on the lines to begin with."""
-    tool = OpenTool(machine, _lines(machine, points, beyond))
-    return tool, chattering(tool, cutting, amplitude, True)[0], None
-
-
-@lru_cache(maxsize=12)
-def _even_lines(
-    machine: Machine, cutting: Cutting, amplitude: float, points: int, beyond: float
-) -> tuple[OpenTool, OperatingPoint, OperatingPoint]:
-    """The same, and half-way between them, for those who ask for one amplitude again."""
-    lines = _lines(machine, points, beyond)
+def _rough(machine: Machine, cutting: Cutting, amplitude: float, lines: Array) -> Callable[[Array], OperatingPoint]:
+    """About what the tool does on lines (Hz) that are asked for."""
     tool = OpenTool(machine, lines)
-    middle = (lines[:-1] + lines[1:]) / 2
-    point, between = (chattering(tool.on(some), cutting, amplitude)[0] for some in (lines, middle))
-    return tool, point, between
+    return lambda some: chattering(tool.on(some), cutting, amplitude, True)[0]
+
+
+class _Known:
+    """The tool at one amplitude on all lines that were ever asked for."""
+
+    def __init__(self, machine: Machine, cutting: Cutting, amplitude: float) -> None:
+        self._tool = OpenTool(machine, np.ones(1))
+        self._cutting, self._amplitude = cutting, amplitude
+        self._point: OperatingPoint | None = None
+
+    def at(self, lines: Array) -> OperatingPoint:
+        """On ascending lines in Hz."""
+        missing = lines if self._point is None else np.setdiff1d(lines, self._point.frf.frequency)
+        if len(missing):
+            new = chattering(self._tool.on(missing), self._cutting, self._amplitude)[0]
+            self._point = new if self._point is None else _merged(self._point, new)
+        assert self._point is not None
+        return _part(self._point, np.searchsorted(self._point.frf.frequency, lines))
+
+
+_known = lru_cache(maxsize=12)(_Known)
+"""For those who ask for one amplitude again."""
+
+
+@lru_cache(maxsize=2)
+def _telling(machine: Machine, points: int) -> Index:
+    """Lines to begin with where only some will matter: some, and all where the tool at rest has more to tell."""
+    lines = _lines(machine, points, 1.0)
+    G = tip_at_rest(machine, lines)(lines)
+    first, every = np.arange(0, len(lines), _APART), np.arange(len(lines))
+    first = np.append(first, len(lines) - 1) if first[-1] < len(lines) - 1 else first
+    left = np.clip(np.searchsorted(first, every, side="right") - 1, 0, len(first) - 2)
+    start, end = first[left], first[left + 1]
+    share, inverse = ((every - start) / (end - start))[:, None, None], np.linalg.inv(G)
+    between = np.linalg.inv((1 - share) * inverse[start] + share * inverse[end])
+    more = np.linalg.norm(between - G, axis=(1, 2)) > _HIDDEN * np.linalg.norm(G, axis=(1, 2))
+    return np.flatnonzero(np.isin(every, first) | np.isin(left, left[more]))
 
 
 def _chatters(point: OperatingPoint, share: Array) -> Array:
@@ -167,37 +201,6 @@ def seconds_of_chart(machine: Machine, cutting: Cutting, amplitude: float, enoug
         if needed > _MANY * enough:
             break
     return needed
-
-
-def tool_at_rest(machine: Machine) -> ToolModel | ToolPoint:
-    """The tool for small vibrations as every verb takes it: as modes, or where no sum of modes is it on any line.
-
-    What the second answers depends, in its last digits, on how much was asked of it before; each is new.
-    """
-    return chatter_band(machine).model or _asked_often(machine)
-
-
-kept_tool = lru_cache(maxsize=8)(tool_at_rest)
-"""For those who ask one machine speed by speed."""
-
-
-def _asked_often(machine: Machine) -> ToolPoint:
-    """`tip_at_rest` from a table, whose pieces end on the lines of records: between those, a receptance is smooth."""
-    lines = chatter_band(machine).lines
-    tip = tip_at_rest(machine, lines)
-    records = [part.frequency for part in machine.components if isinstance(part, Measured)]
-    known = np.concatenate(records or [lines])
-    knots = np.union1d(known[(known > lines[0]) & (known < lines[-1])], lines[[0, -1]])
-    return replace(tip, receptance=Tabulated(tip.receptance, knots))
-
-
-def tip_at_rest(machine: Machine, lines: Array) -> ToolPoint:
-    """The tool point for small vibrations, known at every frequency; ``lines`` (Hz) are where a search starts."""
-    axes, tool = machine.tool_axes, machine.tool_dofs
-    if not axes:
-        raise InputError(f"{machine.where}: no tool point, expected [tool] with x or y")
-    assembly = Assembly(machine, tool, tool)
-    return ToolPoint(lambda f: assembly.coupled(2 * np.pi * f, tangents(machine, f)), lines, axes, sampled=False)
 
 
 def chattering_point(
@@ -256,6 +259,20 @@ def _replaced(point: OperatingPoint, at: Array, new: OperatingPoint) -> Operatin
     for i, outcome in zip(at, new.outcomes, strict=True):
         outcomes[i] = outcome
     return OperatingPoint(replace(point.frf, receptance=receptance), gain, amplitude, force, tuple(outcomes))
+
+
+def _part(point: OperatingPoint, rows: Index) -> OperatingPoint:
+    """The operating point on some of its lines."""
+    frf = replace(point.frf, frequency=point.frf.frequency[rows], receptance=point.frf.receptance[rows])
+    outcomes = tuple(point.outcomes[i] for i in rows.tolist())
+    return replace(
+        point,
+        frf=frf,
+        gain=point.gain[rows],
+        joint_amplitude=point.joint_amplitude[rows],
+        force=point.force[rows],
+        outcomes=outcomes,
+    )
 
 
 def _merged(first: OperatingPoint, second: OperatingPoint) -> OperatingPoint:

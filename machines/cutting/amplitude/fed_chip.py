@@ -10,12 +10,13 @@ from jointlib.arrays import Array
 
 from ...harmonic_balance.assembly import is_linear
 from ...model.machine import Machine
+from ...tool.at_rest import tip_at_rest
 from ...tool.tool_point import ToolPoint, tool_point
 from ..process.chart import StabilityLobes
 from ..process.cutting import Cutting
 from ..process.lost_contact import milling_contact, persistence
 from ..process.power_law import depth_ratio
-from .chattering_tool import chattering_point, operating_receptance, tip_at_rest
+from .chattering_tool import chattering_point, operating_receptance
 
 _LINES, _BARELY = 600, 1e-9
 

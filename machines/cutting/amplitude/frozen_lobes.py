@@ -17,11 +17,12 @@ from ...model.limits import beyond_frequency
 from ...model.machine import Machine
 from ...model.spindle_speed import at_speed, beyond_speeds, depends_on_speed
 from ...operating.operating_point import OperatingPoint
+from ...tool.at_rest import kept_tool
 from ...tool.chatter_band import ChatterBand, chatter_band
 from ..process.chart import BY_SPEED, StabilityLobes, joined
 from ..process.cutting import Cutting
 from ..rest.solve import spindle_speeds, stability_lobes
-from .chattering_tool import LINES, kept_tool, on_lines, operating_receptance, wide_receptance
+from .chattering_tool import LINES, on_lines, operating_receptance, wide_receptance
 from .collocated_turning import collocated_turning
 from .milling_at_amplitude import developed_lobes
 from .rubbed_lobes import rubbed_lobes

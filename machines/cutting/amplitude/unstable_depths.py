@@ -18,6 +18,7 @@ from jointlib.errors import CheckFailed, InputError
 from ...deadline import OutOfTime, in_time
 from ...model.machine import Machine
 from ...model.spindle_speed import at_speed, depends_on_speed
+from ...tool.at_rest import tip_at_rest
 from ...tool.bounded_band import shape, spectrum
 from ...tool.chatter_band import chatter_band
 from ...tool.tool_model import ToolModel
@@ -34,7 +35,6 @@ from ..process.chart import BY_SPEED, StabilityLobes
 from ..process.cutting import Cutting
 from ..rest.cutter_charts import cutter_edges
 from ..rest.cutter_search import CutterSearch
-from .chattering_tool import tip_at_rest
 from .frozen_lobes import lobes_at_amplitude
 
 REACH = 6.0
