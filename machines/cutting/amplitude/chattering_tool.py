@@ -69,7 +69,8 @@ def operating_receptance(
     ``straight`` between them. Where the joint jumps from one state to another no spacing is close enough; there the
     halving ends. Where only depths of up to ``deepest`` (m) are asked for in turning, it begins with fewer lines, and
     those that chatter far beyond it are halved once, or as long as the receptance is not what it seemed between them.
-    The band is widened by the factor ``beyond`` at both ends. In milling the tool vibrates as the ``cutting`` drives it, by default that of the machine.
+    The band is widened by the factor ``beyond`` at both ends. In milling the tool vibrates as the ``cutting`` drives
+    it, by default that of the machine.
     """
     if cutting is None:
         if machine.cutting is None:
