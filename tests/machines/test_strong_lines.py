@@ -98,6 +98,40 @@ def test_a_loop_of_lines_that_are_all_kept_has_the_crossings_of_the_whole() -> N
     assert near(many, by_lines[0]).depth == pytest.approx(by_all[0].depth, rel=1e-11)
 
 
+def test_a_mode_along_one_axis_keeps_its_lines_for_that_axis() -> None:
+    """The modes at 900 Hz along x and at 1500 Hz along y."""
+    model = ToolModel.from_modes([900.0, 1500.0], [0.02, 0.02], [4.0, 4.0], [[1.0, 0.0], [0.0, 1.0]])
+    point = tool_point(model, model.axes, model.lines)
+    loop = HarmonicLoop(spectrum(point, 1e5), CUT, (0, 1), 100.0, 20)
+    strong = strong_lines(loop, shape(point), 0.3 * shape(point).largest)
+    order, axis = strong.rows
+    near_to = np.where(axis == 0, 900.0, 1500.0)
+    assert set(axis.tolist()) == {0, 1}
+    assert np.all(np.abs(np.abs(order + 0.5) * 100.0 - near_to) <= 150.0)
+
+
+def test_two_chatters_of_nearly_one_depth_are_not_taken_for_one(monkeypatch: pytest.MonkeyPatch) -> None:
+    """At 2440.3 rpm one at 900 Hz lies 2 % below another at 2273 Hz, onto which Newton's method slips."""
+    machine = read_machine(LIBRARY / "column_mill_b.toml")
+    speed = [2440.3361344537816]
+    found = lobes_at_amplitude(machine, speed, method="multi-frequency")
+    monkeypatch.setattr(crossing, "_LARGEST", 10**6)
+    monkeypatch.setattr(crossing, "folded", lambda lines, *_: lines)
+    whole = lobes_at_amplitude(machine, speed, method="multi-frequency")
+    assert found.chatter_frequency == pytest.approx(whole.chatter_frequency, rel=1e-6)
+    assert found.chatter_frequency == pytest.approx(899.7, abs=1.0)
+
+
+@pytest.mark.parametrize("about", [1.2e-3, 2.5e-3])
+def test_a_guess_of_the_depth_decides_nothing(about: float) -> None:
+    loop, resolved = loop_of(3, 1500.0)
+    stiffest = multi_frequency.stiffest_direction(CUT, (0, 1))
+    alone, told = (crossing.harmonic_crossing(loop, resolved, stiffest, guess) for guess in (np.inf, about))
+    assert told.harmonics > 48
+    assert told.crossing.depth == pytest.approx(alone.crossing.depth, rel=crossing.AGREE)
+    assert told.line == pytest.approx(alone.line, rel=crossing.AGREE)
+
+
 @pytest.mark.parametrize("iterated", [False, True])
 def test_the_search_of_one_speed_is_left_off_when_its_time_is_up(
     iterated: bool, monkeypatch: pytest.MonkeyPatch

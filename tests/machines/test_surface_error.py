@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -12,12 +13,17 @@ from test_cutters import PAIRS, UNLIKE, mill
 from jointlib.errors import InputError
 from jointlib.joint import Joint
 from jointlib.laws.cubic import Cubic
-from machines import Connection
+from machines import Connection, read_machine
 from machines.cutting.forced.forced_vibration import forced_vibration
+from machines.cutting.forced.held_at_rest import held_if_many
+from machines.cutting.forced.pattern_forces import PatternForces
 from machines.cutting.forced.surface_error import surface_errors, worst_error
 from machines.cutting.in_time.witness import vibrate
+from machines.harmonic_balance.assembly import Assembly
 from machines.lobes import Cutting
+from machines.road.open_joints import with_joints
 
+LIBRARY = Path(__file__).parents[2] / "machines" / "library"
 SPEED, DEPTH = 9000.0, 3e-3
 OUT = (2e-6, -1e-6, 0.0, -1e-6)
 
@@ -107,3 +113,13 @@ def test_a_material_gives_what_is_not_given() -> None:
         Cutting(**{**bare, "material": "al-7075"})  # type: ignore[arg-type]
     with pytest.raises(InputError, match="'material' belongs to milling"):
         Cutting("turning", specific=1e9, material="al-7075-t6")
+
+
+def test_the_mean_force_holds_a_machine_of_free_parts_as_its_static_compliance_says() -> None:
+    """At 1 rad/s a column mill still answers as at rest; far below, receptances of its open parts lose their digits."""
+    machine, _ = held_if_many(with_joints(read_machine(LIBRARY / "column_mill_a.toml"))[0], 2000.0)
+    found = forced_vibration(machine, 2000.0, 1e-3)
+    forces = PatternForces(Cutting(**dict(machine.cutting or {})), machine.tool_axes, 8).feeds(1e-3)[0].real * 1e-3
+    tool = machine.tool_dofs
+    compliance = Assembly(machine, tool, tool).at(np.ones(1)).Hof[0, -2:].real
+    np.testing.assert_allclose(found.mean[0], compliance @ forces, rtol=1e-6)
