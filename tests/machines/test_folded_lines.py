@@ -127,3 +127,13 @@ def test_two_flips_close_to_each_other_are_told_apart(monkeypatch: pytest.Monkey
     by_all = lobes_at_amplitude(machine, [3887.437185929648], method="multi-frequency")
     assert found.kind.tolist() == by_all.kind.tolist() == ["flip"]
     assert found.depth == pytest.approx(by_all.depth, rel=1e-9)
+
+
+def test_a_flip_is_real_to_all_digits_in_a_large_loop(monkeypatch: pytest.MonkeyPatch) -> None:
+    """At 2334.04 rpm a Hopf crossing has met half the tooth frequency and become two flips 2 % apart."""
+    machine, speed = read_machine(MILL), [2334.0382777735117]
+    found = lobes_at_amplitude(machine, speed, method="multi-frequency")
+    monkeypatch.setattr(loop_samples, "_LARGE", 10**6)
+    by_all = lobes_at_amplitude(machine, speed, method="multi-frequency")
+    assert found.kind.tolist() == by_all.kind.tolist() == ["flip"]
+    assert found.depth == pytest.approx(by_all.depth, rel=1e-9)

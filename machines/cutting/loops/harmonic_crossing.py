@@ -108,7 +108,7 @@ def _strongest(loop: HarmonicLoop, resolved: Shape, stiffest: float, about: floa
             continue
         P = min(P, int(np.ceil(resolved.reaching(max((1 - SAME) * needed, faintest)) / loop.tooth_frequency)) + PAST)
         if narrowed and not (search := _of_all_lines(IteratedLoop(replace(loop, harmonics=P)), search)):
-            level, about = level / 2, np.inf
+            level, about = level / 2, about if level > needed / 2 else np.inf
             continue
         finer = resolving(loop, 2 * P)
         before, settled = search[0], _lowest(finer, search, fraction)

@@ -67,7 +67,9 @@ class _Dense(Samples):
         missing = needed & (self._down > _KNOWN * level)
         if missing.any():
             turn = np.abs(regeneration(self.fraction[missing]))
-            found, down = _strongest(self._matrices[missing], self._powers[missing], _KNOWN * level / turn)
+            # Whether one is real, which is a flip at ν = 1/2, only all digits tell.
+            down_to = np.where(self.fraction[missing] == 0.5, 0.0, _KNOWN * level)
+            found, down = _strongest(self._matrices[missing], self._powers[missing], down_to / turn)
             self.values[missing], self._down[missing] = found, down * turn
 
     def halve(self, coarse: Mask, level: float) -> None:
