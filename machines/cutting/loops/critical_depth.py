@@ -83,10 +83,10 @@ def near(loop: Loop, crossing: Crossing) -> Crossing:
     """The same crossing of a finer loop; a loop that does not have it near by gives `NONE`."""
     nu = crossing.fraction
     if crossing.kind == "flip":
-        value, _ = nearest(loop, 0.5, crossing.eigenvalue)
+        value, carried = nearest(loop, 0.5, crossing.eigenvalue)
         if abs(value.imag) > _REAL * abs(value) or value.real >= 0:
             return NONE
-        return Crossing(-0.5 / value.real, 0.5, complex(value.real))
+        return Crossing(-0.5 / value.real, 0.5, complex(value.real), carried)
     if isinstance(loop, Iterated) and (found := loop.crossing(crossing)) is not None:
         return found
     before, value, past = nan, crossing.eigenvalue, complex(nan)

@@ -55,7 +55,7 @@ def harmonic_crossing(loop: HarmonicLoop, resolved: Shape, stiffest: float, abou
     ``about`` which depth (m) it is, where something tells that, spares a search; it decides nothing.
     """
     fraction = resolved.folded(loop.tooth_frequency)
-    P = int(np.ceil(resolved.highest / loop.tooth_frequency)) + PAST
+    P = _fewest(resolved, loop.tooth_frequency)
     while P <= _FEW:
         coarse, finer = replace(loop, harmonics=P), replace(loop, harmonics=2 * P)
         search = first_crossings(coarse, fraction)
@@ -74,6 +74,15 @@ def harmonic_crossing(loop: HarmonicLoop, resolved: Shape, stiffest: float, abou
                     return Found(settled, line, _doubt(*first, fraction), finer.harmonics)
         P *= 2
     return _strongest(loop, resolved, stiffest, about)
+
+
+def slow(resolved: Shape, tooth_frequency: float) -> bool:
+    """Whether so many teeth pass in a wave of the fastest mode that its strongest lines are looked at first."""
+    return _fewest(resolved, tooth_frequency) > _FEW
+
+
+def _fewest(resolved: Shape, tooth_frequency: float) -> int:
+    return int(np.ceil(resolved.highest / tooth_frequency)) + PAST
 
 
 def _strongest(loop: HarmonicLoop, resolved: Shape, stiffest: float, about: float) -> Found:

@@ -25,7 +25,7 @@ from ...deadline import in_time
 from .folded_lines import folded_eigenvalue
 from .followed_crossing import followed_crossing
 from .loop_branches import Crossing, Iterated, nearest_of, regeneration
-from .multi_frequency import HarmonicLoop, coupled, stiffest_direction
+from .multi_frequency import HarmonicLoop, stiffest_direction
 from .strong_lines import StrongLines
 
 _FIRST = 6
@@ -39,7 +39,7 @@ _FACTORED = 1000
 """Rows up to which inverse iteration finds one eigenvalue sooner than Arnoldi's."""
 _SMALL = 100
 """Rows up to which nothing is folded."""
-_FOLLOWS = 0.7
+_FOLLOWS = 0.35
 """Gain round the loop up to which a line follows the others."""
 _PART = 4
 """Part of all eigenvalues from which on the whole matrix is decomposed."""
@@ -127,11 +127,11 @@ class IteratedLoop(Iterated):
             return None
         lines = self.loop.lines(np.array([fraction]))[0]
         stiffest = stiffest_direction(self.loop.cutting, self.loop.axes)
-        strong = np.linalg.norm(lines, axis=(1, 2)) * stiffest >= _FOLLOWS * abs(guess)
-        if not 0 < np.count_nonzero(strong) <= len(strong) / 2:
+        strong = np.linalg.norm(lines, axis=1) * stiffest >= _FOLLOWS * abs(guess)
+        if not 0 < np.count_nonzero(strong) <= strong.size / 2:
             return None
-        among = coupled(self.loop.coupling(self.loop.orders[strong]), lines[None, strong])[0]
-        return folded_eigenvalue(self.transformed(lines), among, np.repeat(strong, lines.shape[-1]), guess)
+        among = StrongLines(self.loop, strong)(np.array([fraction]))[0]
+        return folded_eigenvalue(self.transformed(lines), among, strong.ravel(), guess)
 
     def force(self, carried: ComplexArray) -> ComplexArray:
         """The force on the tool at ω + qω_T for an eigenvector, (lines, n)."""

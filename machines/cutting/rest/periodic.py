@@ -26,6 +26,7 @@ from ..loops.harmonic_crossing import (
     harmonic_crossing,
     largest_line,
     resolving,
+    slow,
 )
 from ..loops.loop_branches import NONE, Crossing
 from ..loops.multi_frequency import HarmonicLoop, stiffest_direction
@@ -65,10 +66,12 @@ def by_harmonics(point: ToolPoint, cutting: Cutting, speed: Array) -> StabilityL
     axes = tuple("xy".index(axis) for axis in point.axes)
     stiffest = stiffest_direction(cutting, axes)
     refuse_resonant_ends(receptance, resolved)
-    about = dict(zip(speed.tolist(), _DEEPER * _of_mean_cut(point, cutting, speed), strict=True))
+    tooth, about = cuts * speed / 60, np.full(len(speed), np.inf)
+    if np.any(low := [slow(resolved, f) for f in tooth.tolist()]):
+        about[low] = _DEEPER * _of_mean_cut(point, cutting, speed[low])
     found = [
-        harmonic_crossing(HarmonicLoop(receptance, cutting, axes, cuts * rpm / 60, 0), resolved, stiffest, about[rpm])
-        for rpm in each("speeds", speed.tolist(), len(speed))
+        harmonic_crossing(HarmonicLoop(receptance, cutting, axes, f, 0), resolved, stiffest, guess)
+        for f, guess in each("speeds", zip(tooth.tolist(), about.tolist(), strict=True), len(speed))
     ]
     said = _band_said(receptance, found, stiffest, speed)
     chart = charted("multi-frequency", found, cutting, speed, said)
