@@ -6,6 +6,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+import scipy
 
 from jointlib.arrays import Array
 from jointlib.errors import Outcome
@@ -14,7 +15,6 @@ from ..forced_response.tool_peaks import half_power_damping
 from ..indices import Index, Mask
 from ..operating.peaks import local_maxima, maxima
 from .measured_peaks import PROMINENT, Resonance, fitted
-from .prominence import prominences
 
 _ALONE = np.log(1.5)
 """Further apart in frequency two peaks are not the same."""
@@ -40,11 +40,12 @@ def tops_of(size: Callable[[Array], Array], lines: Array) -> tuple[Top, ...]:
     frequency, height = _solved(size, lines, values, local_maxima(values))
     fine, first = np.unique(np.concatenate([frequency, lines]), return_index=True)
     drawn = np.concatenate([height, values])[first]
-    rises, found = prominences(np.log(np.maximum(drawn, 1e-300))), []
+    found = []
     for k in np.searchsorted(fine, frequency).tolist():
+        rise = scipy.signal.peak_prominences(np.log(np.maximum(drawn, 1e-300)), [k])[0][0]
         f, c, alone = float(fine[k]), float(drawn[k]), np.isfinite(fitted(fine, drawn, k).damping_ratio)
         damping = half_power_damping(fine, drawn, k, f, c) if alone else np.nan
-        found.append(Top(Resonance(f, damping, c), bool(rises[k] >= PROMINENT)))
+        found.append(Top(Resonance(f, damping, c), bool(rise >= PROMINENT)))
     return tuple(found)
 
 

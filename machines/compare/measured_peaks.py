@@ -5,12 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+import scipy
 
 from jointlib.arrays import Array, ComplexArray
 
 from ..loop.noise.deviation import FEWEST, local_errors
 from ..loop.records import LevelFRF
-from .prominence import prominences, prominent
 
 PROMINENT = np.log(np.sqrt(2.0))
 """By how much a peak of log|H| stands out of its surroundings: its half-power points belong to it."""
@@ -50,9 +50,9 @@ def resonances(frequency: Array, receptance: ComplexArray, deviation: Array | No
     where there are fewer; ``deviation`` (m/N) weighs them and gives the standard errors.
     """
     size = np.abs(receptance)
-    tops = prominent(np.log(np.maximum(size, 1e-300)), PROMINENT)
+    tops, _ = scipy.signal.find_peaks(np.log(np.maximum(size, 1e-300)), prominence=PROMINENT)
     if deviation is not None:
-        tops = tops[prominences(size)[tops] > _NOISE * deviation[tops]]
+        tops = tops[scipy.signal.peak_prominences(size, tops)[0] > _NOISE * deviation[tops]]
     return tuple(fitted(frequency, size, int(k), deviation) for k in tops)
 
 
@@ -113,10 +113,10 @@ def at_the_peaks(frf: LevelFRF) -> Array:
     if frf.deviation_from != "neighbours" or len(out) < FEWEST:
         return out
     missed, size = local_errors(frf.frequency, frf.receptance)[0], np.abs(frf.receptance)
-    for k in prominent(np.log(np.maximum(size, 1e-300)), PROMINENT).tolist():
-        low, high = _half_power(size, k)
+    for k in scipy.signal.find_peaks(np.log(np.maximum(size, 1e-300)), prominence=PROMINENT)[0]:
+        low, high = _half_power(size, int(k))
         reach = max(high - low + 1, _LOCAL) // 2
-        part = slice(max(k - reach, 0), k + reach + 1)
+        part = slice(max(int(k) - reach, 0), int(k) + reach + 1)
         square = float(np.median(np.abs(missed[part]) ** 2 / frf.deviation[part] ** 2)) / np.log(2)
         out[part] = np.maximum(out[part], frf.deviation[part] * np.sqrt(square))
     return out
