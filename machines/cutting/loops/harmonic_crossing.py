@@ -92,10 +92,15 @@ def _strongest(loop: HarmonicLoop, resolved: Shape, stiffest: float, about: floa
     modes far above the band ask for no harmonics.
     """
     level, faintest = _STRONG * resolved.largest, _FAINTEST * resolved.largest
-    if np.isfinite(about):
-        level = min(level, (1 - SAME) * GAIN / (2 * stiffest * about))
+
+    def reaching(level: float) -> int:
+        return int(np.ceil(resolved.reaching(max(level, faintest)) / loop.tooth_frequency)) + PAST
+
+    told = (1 - SAME) * GAIN / (2 * stiffest * about)
+    # What lies much deeper than the limit would ask for more lines than the limit does.
+    level, about = (min(level, told), about) if reaching(told) <= _MOST else (level, np.inf)
     while True:
-        P = int(np.ceil(resolved.reaching(max(level, faintest)) / loop.tooth_frequency)) + PAST
+        P = reaching(level)
         if level < faintest:
             P = max(P, min(2 * P, _MOST))  # nothing chatters where twice as many find nothing either
         if P > _MOST:
@@ -113,9 +118,11 @@ def _strongest(loop: HarmonicLoop, resolved: Shape, stiffest: float, about: floa
         needed = GAIN / (2 * stiffest * search[0].depth)
         lacking = level > needed if narrowed else resolved.reaching(needed) > (P + 0.5) * loop.tooth_frequency
         if level >= faintest and lacking:
-            level, about = min((1 - SAME) * needed, level / 1.5), search[0].depth
+            asked, about = min((1 - SAME) * needed, level / 1.5), search[0].depth
+            # Few lines may put the depth so high that too many would be asked for; some more tell better.
+            level = asked if reaching(asked) <= _MOST else max(asked, level / 4)
             continue
-        P = min(P, int(np.ceil(resolved.reaching(max((1 - SAME) * needed, faintest)) / loop.tooth_frequency)) + PAST)
+        P = min(P, reaching((1 - SAME) * needed))
         if narrowed and not (search := _of_all_lines(IteratedLoop(replace(loop, harmonics=P)), search)):
             level, about = level / 2, about if level > needed / 2 else np.inf
             continue
