@@ -20,6 +20,8 @@ _TOO_SMALL = 1e-3
 """Of the first term's gain: below this what is left is the error of its form, not another effect."""
 _PROMISING = 0.3
 """Of what the terms before leave: where one explains less, no set with a third will be named."""
+_MOST_LEFT = 0.5
+"""Of what a first term leaves that is too little for a name: a second one of so much enters whatever its size."""
 _STARTS = (0.5, 1.0, 0.2)
 """Of its linear fit: where a second element starts from while the first still has the whole size."""
 
@@ -57,7 +59,7 @@ def together(start: Fitted, terms: Sequence[Term]) -> bool:
     another, so that the last of them explains nine tenths of what the others leave, not 97 %. Noise must not hide
     that difference.
     """
-    if len(terms) < 2 or explained(start, terms[0].alone) >= NAMED_ON_A_RIG_FROM:
+    if len(terms) < 2 or _enough_alone(start, terms):
         return False
     whole = terms[-1].fitted.model
     least = _hidden(whole) / (1 - NAMED_ON_A_RIG_FROM)
@@ -85,10 +87,13 @@ def search(start: Fitted, field: Sequence[Contestant]) -> tuple[Round, tuple[Ter
         terms.append(_term(current, current.winner, bigger, field, first=not terms))
         if len(terms) == 1:
             least = _LEAST_SHARE * current.winner.score.gain
-        elif len(terms) == 2 or explained(start, terms[0].alone) < NAMED_ON_A_RIG_FROM:
+            if not _enough_alone(start, terms):
+                left = bigger.model.loss - bigger.model.entries
+                least = min(least, _MOST_LEFT * left)
+        elif len(terms) == 2 or not _enough_alone(start, terms):
             # Beside a third the question costs more than the rest of the trace: not where the first is named alone.
             terms = _exchanged(start, field, terms)
-            if explained(start, terms[0].alone) < NAMED_ON_A_RIG_FROM:
+            if not _enough_alone(start, terms):
                 if any(t.beside is None for t in terms):
                     terms = _exchanged(start, field, terms)
                 few = explained(terms[-2].fitted, terms[-1].fitted) < _PROMISING
@@ -101,6 +106,11 @@ def search(start: Fitted, field: Sequence[Contestant]) -> tuple[Round, tuple[Ter
     floor = _TOO_SMALL * (terms[0].row.score.gain if terms else 0.0)
     small = [r for r in current.rows if r.reason.startswith("less than a twentieth") and r.score.gain > floor]
     return opening, tuple(terms), tuple(small[:1])
+
+
+def _enough_alone(start: Fitted, terms: Sequence[Term]) -> bool:
+    """Whether the first effect explains what a name demands."""
+    return explained(start, terms[0].alone) >= NAMED_ON_A_RIG_FROM
 
 
 def _term(round_: Round, row: Row, alone: Fitted, field: Sequence[Contestant], *, first: bool) -> Term:
