@@ -150,10 +150,6 @@ def test_the_admissible_step_is_that_of_the_joint_at_its_stiffest_and_least_damp
     ("joint", "said"),
     [
         (
-            replace(SPRING, modulations=(Modulation(Role.STIFFNESS, "time", 0.0, ((0.0, 1.0), (9.0, 0.9))),)),
-            "time, a name",
-        ),
-        (
             replace(
                 OF_ALL_KINDS, modulations=(WARMTH, replace(COLD, reference=298.0, table=((283.0, 1.3), (298.0, 1.0))))
             ),
@@ -164,7 +160,7 @@ def test_the_admissible_step_is_that_of_the_joint_at_its_stiffest_and_least_damp
             "at temperature 300: jenkins: stiffness is 0",
         ),
     ],
-    ids=["time", "references", "zero"],
+    ids=["references", "zero"],
 )
 def test_conditions_that_no_input_can_be_are_refused_in_a_sentence(joint: Joint, said: str, tmp_path: Path) -> None:
     with pytest.raises(InputError, match=said):

@@ -227,7 +227,7 @@ def test_a_modulation_is_read_with_its_units(tmp_path: Path) -> None:
         (
             "position",
             "where",
-            "condition is 'where', expected one of preload, speed, spindle-speed, temperature, time or 2 others",
+            "condition is 'where', expected one of current, preload, speed, temperature, time or 3 others",
         ),
         ("10 mm", "10 N", "reference: unit 'N' does not fit, expected one like 'm'"),
         ('["10 mm", 1]', '["10 kg", 1]', "table[0][0]: unit 'kg' does not fit"),
