@@ -5,10 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from jointlib.joint import Joint
 from jointlib.modulation import Modulation
-from jointlib.parameter import Role
 
+from ..system.conditions import by_role, least_and_largest
 from ..system.system import System
 from ..system.variables import variables_of
 from .native import joints_of, lags, native_parts
@@ -74,16 +73,15 @@ def modulated(system: System, number: Callable[[float], str]) -> tuple[str, ...]
     first = 0
     for i, joint in enumerate(joints_of(system)):
         own = [v for v in variables_of(joint) if v.kind == "parameter"]
-        for role, of in _by_role(joint).items():
+        for role, of in by_role(joint).items():
             places = [first + k for k, v in enumerate(own) if v.declared is not None and v.declared.role is role]
-            factors, low, high = [], 1.0, 1.0
+            factors, (low, high) = [], least_and_largest(of)
             for m in of:
                 name = f"jl_table{len(tables)}"
                 rows = ", ".join(f"{{ {number(x)}, {number(y)} }}" for x, y in m.points)
                 tables.append(f"static const double {name}[][2] = {{ {rows} }};")
                 told = (str(len(m.points)), number(m.period or 0.0), number(m.reference), _followed(system, i, m))
                 factors.append(f"jl_factor({name}, {', '.join(told)})")
-                low, high = low * min(y for _, y in m.table), high * max(y for _, y in m.table)
             lines += [f"factor = {' * '.join(factors)};", *(f"q[{k}] *= factor;" for k in places)]
             ends += [f"factor = high ? {number(high)} : {number(low)};", *(f"q[{k}] *= factor;" for k in places)]
         first += len(own)
@@ -101,13 +99,6 @@ def _function(head: str, lines: list[str]) -> str:
     unused = ["(void)s; (void)motion;"] if "motion" in head else []
     body = "".join(f"    {line}\n" for line in [*lines, *unused])
     return f"static void {head}\n{{\n{body}}}"
-
-
-def _by_role(joint: Joint) -> dict[Role, list[Modulation]]:
-    found: dict[Role, list[Modulation]] = {}
-    for m in joint.modulations:
-        found.setdefault(m.role, []).append(m)
-    return found
 
 
 def _behind(system: System) -> list[tuple[int, str]]:

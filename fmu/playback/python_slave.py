@@ -12,10 +12,9 @@ from pathlib import Path
 from jointlib.errors import InputError
 from jointlib.joint import Joint
 from jointlib.modulation import lags_of
-from jointlib.parameter import Role
 
 from ..members.archive import read_archive
-from ..system.conditions import conditions_of
+from ..system.conditions import by_role, conditions_of, least_and_largest
 from ..system.variables import Part, parts_of, variables_of
 
 NAMELESS = "JointSlave"
@@ -157,10 +156,7 @@ def _following(joint: Joint) -> _Following:
 
 
 def _extremes(joint: Joint) -> tuple[str, ...]:
-    factors: dict[Role, tuple[float, float]] = {}
-    for m in joint.modulations:
-        low, high = factors.get(m.role, (1.0, 1.0))
-        factors[m.role] = low * min(y for _, y in m.table), high * max(y for _, y in m.table)
+    factors = {role: least_and_largest(of) for role, of in by_role(joint).items()}
     rows = [factors.get(v.declared.role, (1.0, 1.0)) for v in variables_of(joint) if v.declared is not None]
     return (
         f"    for x, (lower, upper, above), factors in zip(p, BOUNDS, {rows!r}):",
@@ -175,12 +171,8 @@ def _modulated(joint: Joint, read: Mapping[str, str]) -> str:
     own = [v for v in variables_of(joint) if v.kind == "parameter"]
     lines = [f"def joint_modulated(p, {', '.join(read.values())}):", '    """Parameters under conditions."""']
     lines.append("    q = list(p)")
-    for role in dict.fromkeys(m.role for m in joint.modulations):
-        factors = [
-            f"factor({m.points!r}, {m.period or 0.0!r}, {m.reference!r}, {read[m.condition]})"
-            for m in joint.modulations
-            if m.role is role
-        ]
+    for role, of in by_role(joint).items():
+        factors = [f"factor({m.points!r}, {m.period or 0.0!r}, {m.reference!r}, {read[m.condition]})" for m in of]
         places = [i for i, v in enumerate(own) if v.declared is not None and v.declared.role is role]
         lines.append(f"    f = {' * '.join(factors)}")
         lines += [f"    q[{i}] *= f" for i in places]

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from jointlib.errors import InputError
 from jointlib.joint import Joint
 from jointlib.modulation import CONDITIONS, Modulation
+from jointlib.parameter import Role
 
 _NAMED = {kind: "elapsed_time" if kind == "time" else kind.replace("-", "_") for kind in CONDITIONS}
 """As variables; every FMU has a time of its own."""
@@ -52,6 +53,22 @@ class Condition:
             return self.start + self.size / 3
         end = self.high if self.high - self.start >= self.start - self.low else self.low
         return self.start + (end - self.start) / 3
+
+
+def by_role(joint: Joint) -> dict[Role, list[Modulation]]:
+    """The modulations of a joint by the role of the parameters that they multiply, one after the other."""
+    found: dict[Role, list[Modulation]] = {}
+    for m in joint.modulations:
+        found.setdefault(m.role, []).append(m)
+    return found
+
+
+def least_and_largest(of: Iterable[Modulation]) -> tuple[float, float]:
+    """Products of the least and of the largest factors of modulations of one role."""
+    low = high = 1.0
+    for m in of:
+        low, high = low * min(y for _, y in m.table), high * max(y for _, y in m.table)
+    return low, high
 
 
 def conditions_of(where: str, joints: Iterable[Joint]) -> tuple[Condition, ...]:
