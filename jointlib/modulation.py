@@ -24,6 +24,9 @@ CONDITIONS: Mapping[str, str] = {
 }
 """What a factor can depend on, in SI; the speed of a spindle in rpm."""
 
+INPUTS = ("voltage", "current", "temperature")
+"""Of these, what a channel measures that is neither force nor motion: parameters may follow it."""
+
 _ROUNDING = 1e-9
 _BELOW_ZERO = -0.15
 """A factor that a fit puts below this is not physical; between here and zero it counts as zero."""

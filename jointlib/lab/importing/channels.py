@@ -43,7 +43,8 @@ def channels_of(
     for column in first.columns:
         called[identifier(column.name, called)] = column
     settings = _by_column(said, called)
-    forced = any(by_unit(units.get(c.name, "") or c.unit) == "force" for c in first.columns)
+    told = {c.name: units.get(c.name, "") or c.unit for c in first.columns}
+    has_force = any(by_unit(unit) == "force" for unit in told.values())
     values: dict[str, Array] = {}
     for name, column in called.items():
         if column.name == clock and name not in settings:
@@ -52,14 +53,14 @@ def channels_of(
         if why_not and name not in settings:
             draft.guesses.append(f"column {column.name!r} {why_not} and is left out")
             continue
-        if by_unit(units.get(column.name, "") or column.unit) == "time" and np.any(np.diff(column.values) <= 0):
+        unit = told[column.name]
+        if by_unit(unit) == "time" and np.any(np.diff(column.values) <= 0):
             draft.guesses.append(f"column {column.name!r} is a time that stands still between samples and is left out")
             continue
-        if _counts(column, units.get(column.name, "")) and name not in settings:
+        if _counts(column, unit) and name not in settings:
             draft.guesses.append(f"column {column.name!r} counts the rows and is left out")
             continue
-        unit = units.get(column.name, "") or column.unit
-        if by_unit(unit) == "current" and name not in settings and not forced:
+        if by_unit(unit) == "current" and name not in settings and not has_force:
             draft.guesses.append(f"column {column.name!r} {_driven(unit, f'channel.{name}')} and is left out")
             continue
         table = _channel(draft, name, column, unit, settings.get(name, {}))
@@ -92,7 +93,7 @@ def _by_column(said: Mapping[str, Mapping[str, Any]], called: Mapping[str, Colum
 
 def _counts(column: Column, unit: str) -> bool:
     """Whether a column without a unit, whose name speaks of no quantity, rises by one from row to row."""
-    silent = not (unit or column.unit or column.quantity or by_name(column.name))
+    silent = not (unit or column.quantity or by_name(column.name))
     return silent and len(column.values) > 2 and bool(np.all(np.diff(column.values) == 1))
 
 

@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from jointlib.lab.importing.draft import Draft, Noted, Table
+from jointlib.modulation import INPUTS
 
 _RIG = ("a1", "a2", "a3")
 
@@ -49,7 +50,7 @@ def followed_inputs(draft: Draft) -> None:
     if "force" not in quantities or not {"displacement", "position"} & set(quantities):
         return
     for table, quantity in zip(draft.channels, quantities, strict=True):
-        if quantity in ("voltage", "current", "temperature") and "input" not in table:
+        if quantity in INPUTS and "input" not in table:
             why = f"parameters may follow a {quantity} beside force and motion"
             draft.guess(table, "input", True, why, f"channel.{table['name'].value}.input=false")
 

@@ -14,7 +14,7 @@ from jointlib.loop.path.evidence import Evidence
 from jointlib.loop.path.strokes import FEWEST_BLOCKS
 from jointlib.loop.path.trials import Effect
 from jointlib.measurement import Measurement, Record
-from jointlib.modulation import CONDITIONS, names_of
+from jointlib.modulation import CONDITIONS, INPUTS, names_of
 from jointlib.path_fault import PathFault
 from jointlib.units import with_error
 
@@ -177,7 +177,7 @@ def volts(measurement: Measurement) -> list[str]:
 def unfollowed(measurement: Measurement) -> list[str]:
     """Voltages, currents and temperatures that nothing says parameters may follow."""
     told = "takes no part; with input = true in its [[channel]] parameters may follow it."
-    idle = [c for c in measurement.channels if c.quantity in ("voltage", "current", "temperature") and not c.is_input]
+    idle = [c for c in measurement.channels if c.quantity in INPUTS and not c.is_input]
     return [f"Channel {c.name} ({c.quantity}) {told}" for c in idle]
 
 
