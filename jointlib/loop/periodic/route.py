@@ -150,11 +150,14 @@ def _all_rivals(terms: Sequence[Term], data: Readings, whole: bool) -> tuple[Riv
 
 
 def _rivals(term: Term, data: Readings, among: Round | None = None) -> tuple[Rival, ...]:
-    chosen, out = term.row, []
-    for r in (among or term.round).rivals:
+    """Rivals of a term in the contest that it won, or among others where it won again."""
+    held, out = among or term.round, []
+    chosen = held.winner
+    assert chosen is not None
+    for r in held.rivals:
         a, b = chosen.contestant.effect, r.contestant.effect
         channel, body = place_of(r.contestant, data.rig)
-        ratio = r.score.gain / ((among and among.winner) or chosen).score.gain
+        ratio = r.score.gain / chosen.score.gain
         out.append(
             Rival(b.family, ratio, is_declared_pair(a, b), experiment(a, b), member_of(r.contestant), channel, body)
         )
