@@ -48,9 +48,9 @@ class StrongLines:
 
     def moved(self, fraction: Array) -> ComplexArray:
         """What a force on each row moves, the columns of G(ω + qω_T), shape (g, m, n)."""
-        line, axis = np.nonzero(self.kept)
-        some, of_row = np.unique(line, return_inverse=True)
-        lines = self.loop.receptance((fraction[:, None] + self.loop.orders[some]) * self.loop.tooth_frequency)
+        q, axis = self.rows
+        some, of_row = np.unique(q, return_inverse=True)
+        lines = self.loop.receptance((fraction[:, None] + some) * self.loop.tooth_frequency)
         return np.asarray(lines[:, of_row, :, axis].swapaxes(0, 1))
 
     def __call__(self, fraction: Array) -> ComplexArray:
