@@ -23,7 +23,7 @@ from pathlib import Path  # noqa: E402
 from typing import Any  # noqa: E402
 
 from path_records import OUTSIDE, Case, write  # noqa: E402
-from summary import PATHS, SEVERAL  # noqa: E402
+from summary import PATHS, SEVERAL, share_line  # noqa: E402
 
 from jointlib import read_joint, read_measurement, trace  # noqa: E402
 
@@ -135,16 +135,20 @@ def page(rows: Sequence[Row]) -> str:
     for count, word in ((1, "one effect"), (2, "two effects"), (3, "three effects")):
         for decibel in (60, 40):
             some = [r for r in ours if len(r["effects"]) == count and r["decibel"] == decibel]
-            lines.append(_line(f"{word}, {decibel} dB: all named", some, all_named, "–" if count == 1 else "≥ 90 %"))
+            lines.append(
+                share_line(f"{word}, {decibel} dB: all named", some, all_named, "–" if count == 1 else "≥ 90 %")
+            )
             if count > 1:
                 each = [r for r in some if all(alone.get((e, *_of(r)), True) for e in r["effects"])]
-                lines.append(_line("the same, where each alone is named", each, all_named, "≥ 90 %"))
+                lines.append(share_line("the same, where each alone is named", each, all_named, "≥ 90 %"))
     nothing = [r for r in rows if not r["effects"]]
-    lines.append(_line("nothing hidden: named", nothing, named, "≤ 1 %"))
-    lines.append(_line("nothing hidden: `nothing_missing`", nothing, lambda r: r["verdict"] == "nothing_missing", "–"))
+    lines.append(share_line("nothing hidden: named", nothing, named, "≤ 1 %"))
+    lines.append(
+        share_line("nothing hidden: `nothing_missing`", nothing, lambda r: r["verdict"] == "nothing_missing", "–")
+    )
     foreign = [r for r in rows if set(r["effects"]) & set(OUTSIDE)]
-    lines.append(_line("outside the catalogue, alone or beside an effect of it: named", foreign, named, "≤ 2 %"))
-    lines.append(_line("a wrong name among all", rows, wrong, "≤ 1 %"))
+    lines.append(share_line("outside the catalogue, alone or beside an effect of it: named", foreign, named, "≤ 2 %"))
+    lines.append(share_line("a wrong name among all", rows, wrong, "≤ 1 %"))
     lines += ["", "| hidden | runs | all named | named in part | else |", "|---|---|---|---|---|"]
     for effects in dict.fromkeys(tuple(r["effects"]) for r in rows):
         own = [r for r in rows if tuple(r["effects"]) == effects]
@@ -168,11 +172,6 @@ Written by `tests/acceptance/path_table.py`."""
 
 def _of(row: Row) -> tuple[str, float, int]:
     return row["signal"], row["decibel"], row["seed"]
-
-
-def _line(what: str, rows: Sequence[Row], test: Any, demanded: str) -> str:
-    reached = f"{100 * sum(map(test, rows)) / len(rows):.1f} %" if rows else "–"
-    return f"| {what} | {len(rows)} | {demanded} | {reached} |"
 
 
 def main() -> None:

@@ -10,12 +10,12 @@ from __future__ import annotations
 
 import argparse
 from collections import Counter
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Any
 
 from cells import DECIBELS, PAIRS, TRIPLES, Cell, grid
-from summary import SEVERAL, found, named, read, same
+from summary import SEVERAL, found, named, read, same, share_line
 from table import run_all
 
 Row = dict[str, Any]
@@ -60,11 +60,11 @@ def page(rows: Sequence[Row]) -> str:
     for group, word in (("main", "one effect"), ("two", "two effects"), ("three", "three effects")):
         for decibel in DECIBELS[:2]:
             some = [r for r in rows if r["group"] == group and r["decibel"] == decibel]
-            lines.append(_line(f"{word}, {decibel:g} dB: all named", some, all_named, "–"))
+            lines.append(share_line(f"{word}, {decibel:g} dB: all named", some, all_named, "–"))
             if group != "main":
                 each = [r for r in some if all(alone[e, decibel, r["seed"]] for e in r["effect"].split("+"))]
-                lines.append(_line("the same, where each alone is named", each, all_named, "≥ 90 %"))
-    lines.append(_line("a wrong name among all", rows, wrong, "≤ 1 %"))
+                lines.append(share_line("the same, where each alone is named", each, all_named, "≥ 90 %"))
+    lines.append(share_line("a wrong name among all", rows, wrong, "≤ 1 %"))
     lines += ["", "| hidden | runs | all named | else |", "|---|---|---|---|"]
     for effect in SETS:
         own = [r for r in rows if r["effect"] == effect]
@@ -84,11 +84,6 @@ TEXT = """Rigs as above, driven by the multisine, with two and three effects of 
 40 dB; {runs} traces with those of each effect alone, seeds 0 to {last}. Named means that the verdict is `identified` or
 `ambiguous` and that all that is hidden is among the terms or their rivals. Written by
 `tests/acceptance/several_table.py`."""
-
-
-def _line(what: str, rows: Sequence[Row], test: Callable[[Row], bool], demanded: str) -> str:
-    reached = f"{100 * sum(map(test, rows)) / len(rows):.1f} %" if rows else "–"
-    return f"| {what} | {len(rows)} | {demanded} | {reached} |"
 
 
 def main() -> None:

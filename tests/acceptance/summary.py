@@ -33,6 +33,12 @@ SEVERAL = "## Several effects on a rig"
 INTERVALS = ("gain", "delay", "mass", "stiffness3", "slip_force")
 
 
+def share_line(what: str, rows: Sequence[Row], test: Test, demanded: str) -> str:
+    """A row of a table: how many of the runs pass a test."""
+    reached = f"{100 * sum(map(test, rows)) / len(rows):.1f} %" if rows else "–"
+    return f"| {what} | {len(rows)} | {demanded} | {reached} |"
+
+
 def read(path: Path) -> list[Row]:
     """Rows of a result file."""
     return [json.loads(text) for text in path.read_text().splitlines()]

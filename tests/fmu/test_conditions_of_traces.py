@@ -7,10 +7,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from prepared import prepared
 
 from fmu.system.under_conditions import UnderConditions
 from jointlib.arrays import Array
-from jointlib.io.measurement_file import read_measurement, read_records
 from jointlib.joint import Joint
 from jointlib.law import JointLaw, Motion
 from jointlib.laws.coulomb import Coulomb
@@ -20,7 +20,7 @@ from jointlib.laws.jenkins import Jenkins
 from jointlib.laws.viscous import Viscous
 from jointlib.loop.path.columns import kept
 from jointlib.loop.path.force.followed import Followed
-from jointlib.loop.path.preparation import Run, choose_preparation, prepare
+from jointlib.loop.path.preparation import Run
 from jointlib.modulation import Modulation, held, lagged
 from jointlib.parameter import Role
 
@@ -40,10 +40,7 @@ def runs_of(folder: Path, voltages: Sequence[Array]) -> tuple[Run, ...]:
         lines += f'[[record]]\nfile = "{i}.npz"\n'
     file = folder / "damper.measurement.toml"
     file.write_text(lines)
-    measured = read_measurement(file)
-    records = read_records(measured, measured.records)
-    prepared = choose_preparation(measured, records)
-    return tuple(prepare(measured, record, prepared) for record in records)
+    return prepared(file)
 
 
 def stepped(law: JointLaw, m: Modulation, run: Run) -> Array:

@@ -5,9 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
+from prepared import prepared
 
-from jointlib.io.measurement_file import read_measurement, read_records
-from jointlib.loop.path.preparation import choose_preparation, prepare
 from jointlib.loop.path.strokes import Division, divide
 
 RATE, SPEED = 2000.0, 0.05
@@ -26,10 +25,7 @@ def division(folder: Path, tones: tuple[float, ...], speeds: tuple[float, ...]) 
         lines += f'[[record]]\nfile = "{tone:g}.npz"\n'
     file = folder / "tones.measurement.toml"
     file.write_text(lines)
-    measured = read_measurement(file)
-    records = read_records(measured, measured.records)
-    prepared = choose_preparation(measured, records)
-    return divide(tuple(prepare(measured, r, prepared) for r in records))
+    return divide(prepared(file))
 
 
 def test_tones_of_nearly_one_speed_are_told_apart_by_their_travel(tmp_path: Path) -> None:
