@@ -18,7 +18,6 @@ from jointlib.loop.balance.steady import steady_force
 
 EQUATIONS = ("balance", "redundancy", "joint")
 """Order of the whitening: where a line has no valid joint equation, its last row is simply dropped."""
-OVERSAMPLING = 4
 _KEEP_PERIOD, _KEEP_OTHER = 6.0, 14.0
 _REMEMBERED = 64
 
@@ -107,34 +106,23 @@ class Observed:
 
     @cached_property
     def path(self) -> tuple[Array, Array, float]:
-        """z in m and ż in m/s over one averaged period, four times oversampled, and the time step in s.
+        """z in m and ż in m/s over one averaged period, oversampled, and the time step in s."""
+        return self.spectra.moved(self.Z[self.on_period], self.unseen)
 
-        Without oversampling the harmonics of a sharp feature fold back and imitate other features.
-        """
-        n = OVERSAMPLING * self.spectra.period_samples
-        spectrum = np.zeros(n // 2 + 1, dtype=complex)
-        periods = self.spectra.periods
-        Z = self.Z[self.on_period]
-        spectrum[1 : len(Z) + 1] = Z * OVERSAMPLING / periods
-        if self.unseen is not None:
-            spectrum = spectrum + self.unseen
-        rate = 2j * np.pi * np.arange(len(spectrum)) * self.spectra.sample_rate / self.spectra.period_samples
-        step = 1 / (OVERSAMPLING * self.spectra.sample_rate)
-        return np.fft.irfft(spectrum, n), np.fft.irfft(rate * spectrum, n), step
+    @cached_property
+    def whole_path(self) -> tuple[Array, Array, float] | None:
+        """The same over the whole record; None where all that is known of z repeats."""
+        if not np.any(self.stray & self.kept):
+            return None
+        return self.spectra.moved(self.Z[1:], self.unseen, whole=True)
 
-    def lines_of(self, force: Array) -> ComplexArray:
-        """A force over one period on the lines of the record (last axis in, last axis out); the mean is dropped."""
+    def lines_of(self, force: Array, whole: bool = False) -> ComplexArray:
+        """A force over one period, or over the whole record, on the lines (last axis in and out), without its mean."""
+        on = np.arange(len(self.frequency)) > 0 if whole else self.on_period
         F = np.fft.rfft(force, axis=-1) * (self.spectra.samples / force.shape[-1])
-        count = int(self.on_period.sum())
         out = np.zeros((*force.shape[:-1], len(self.frequency)), dtype=complex)
-        out[..., self.on_period] = F[..., 1 : count + 1]
+        out[..., on] = F[..., 1 : on.sum() + 1]
         return out
-
-    def force_of_law(self, law: JointLaw) -> ComplexArray:
-        """Force of one law in N on the lines, in its periodic steady state; remembered by :func:`forces_of_law`."""
-        if law not in self._forces:
-            forces_of_law((self,), law)
-        return self._forces[law]
 
     @cached_property
     def stray(self) -> Mask:
@@ -151,10 +139,11 @@ class Observed:
         return np.asarray(self.on_period | self.kept, dtype=bool)
 
     def model_force(self, joint: Joint) -> ComplexArray:
-        """Force of a joint on the lines; what does not repeat moves it through its linear part."""
-        total = sum((self.force_of_law(law) for law in joint.laws), np.zeros(len(self.frequency), dtype=complex))
+        """Force of a joint on the lines; what is lost in noise between those of the period moves its linear part."""
+        none = np.zeros(len(self.frequency), dtype=complex)
+        total = sum((forces_of_law((self,), law)[0] for law in joint.laws), none)
         k, c = self.linear_part(total)
-        total = total + np.where(self.stray, (k + 1j * self.omega * c) * self._raw_displacement, 0)
+        total = total + np.where(self.stray & ~self.kept, (k + 1j * self.omega * c) * self._raw_displacement, 0)
         return total if self.extra is None else total + self.extra
 
     def with_stray(self, force: ComplexArray) -> ComplexArray:
@@ -268,12 +257,19 @@ class Observed:
 
 
 def forces_of_law(records: Sequence[Observed], law: JointLaw) -> list[ComplexArray]:
-    """Force of one law in N on the lines of each record; a refit varies one law at a time, so forces are remembered."""
+    """Force of one law in N on the lines of each record; a refit varies one law at a time, so forces are remembered.
+
+    What does not repeat moves a law without memory as what does; one with memory it moves through its linear part.
+    """
     missing = [o for o in records if law not in o._forces]
-    for o, F in zip(missing, periodic_forces(missing, law), strict=True):
+    whole = {} if law.states else {id(o): o.whole_path for o in missing if o.whole_path is not None}
+    found = {i: steady_force(law, *path) for i, path in whole.items()}
+    repeating = [o for o in missing if id(o) not in whole]
+    forces = iter(periodic_forces(repeating, law))
+    for o in missing:
         if len(o._forces) > _REMEMBERED:
             o._forces.clear()
-        o._forces[law] = F
+        o._forces[law] = o.lines_of(found[id(o)], whole=True) if id(o) in found else o.with_stray(next(forces))
     return [o._forces[law] for o in records]
 
 

@@ -10,7 +10,8 @@ import scipy
 
 from jointlib.arrays import Array, ComplexArray
 from jointlib.joint import Joint
-from jointlib.loop.balance.equations import OVERSAMPLING, Observed
+from jointlib.loop.balance.equations import Observed
+from jointlib.loop.balance.spectra import OVERSAMPLING
 from jointlib.loop.balance.steady import steady_force
 
 _TOLERANCE = 1e-5

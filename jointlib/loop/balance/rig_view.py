@@ -51,7 +51,8 @@ class RigView:
 
     @cached_property
     def displacement(self) -> Array:
-        return self._in_time(self.observed.Z)
+        o = self.observed
+        return self._in_time(np.where(o.on_period, o.lines_of(o.path[0]), o.Z))
 
     @cached_property
     def open_ends(self) -> ComplexArray:

@@ -14,6 +14,7 @@ from jointlib.errors import InputError
 from jointlib.loop.answer.import_checks import check_period, flat_tops, without_dead_channels
 from jointlib.measurement import Measurement, Record
 
+OVERSAMPLING = 4
 CHANNELS = ("a1", "a2", "a3", "P")
 Mask: TypeAlias = NDArray[np.bool_]
 
@@ -56,6 +57,23 @@ class Spectra:
         spectrum = np.zeros(n // 2 + 1, dtype=complex)
         spectrum[1 : len(lines) + 1] = lines * (n / self.samples)
         return np.asarray(np.fft.irfft(spectrum, n))
+
+    def moved(self, Z: ComplexArray, unseen: ComplexArray | None, whole: bool = False) -> tuple[Array, Array, float]:
+        """z in m, ż in m/s and the time step in s, four times oversampled, from the lines of a relative motion.
+
+        Without oversampling the harmonics of a sharp feature fold back and imitate other features. ``Z`` are the lines
+        of the period from the first on and the motion one averaged period, or all lines and the whole record.
+        ``unseen`` is added on the lines of the oversampled period.
+        """
+        periods = self.periods if whole else 1
+        samples = periods * self.period_samples
+        n = OVERSAMPLING * samples
+        spectrum = np.zeros(n // 2 + 1, dtype=complex)
+        spectrum[1 : len(Z) + 1] = Z * OVERSAMPLING / (self.periods // periods)
+        if unseen is not None:
+            spectrum[::periods] += unseen * periods
+        rate = 2j * np.pi * np.arange(len(spectrum)) * self.sample_rate / samples
+        return np.fft.irfft(spectrum, n), np.fft.irfft(rate * spectrum, n), 1 / (OVERSAMPLING * self.sample_rate)
 
 
 def spectra_of(record: Record, measurement: Measurement) -> tuple[Spectra, tuple[str, ...]]:

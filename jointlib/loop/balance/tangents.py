@@ -20,16 +20,15 @@ def tangents(records: Sequence[Observed], joint: Joint, names: Sequence[str]) ->
     """∂f/∂θ of each named parameter on the lines of each record.
 
     Central differences for laws without memory; a law with memory is stepped once for all its parameters, each moved
-    to one side. What does not repeat moves the joint through its linear part, and counts where z is more than noise:
-    noise in a column would multiply the same noise in the residual.
+    to one side. What does not repeat counts where z is more than noise: noise in a column would multiply the same noise
+    in the residual.
     """
     out: dict[str, list[ComplexArray]] = {}
     for part, law in zip(joint.part_names, joint.laws, strict=True):
         own = [n for n in names if n.split(".", 1)[0] == part]
         slopes = _together(records, joint, part, own) if law.states and own else None
         for i, name in enumerate(own):
-            column = [s[i] for s in slopes] if slopes is not None else _central(records, joint, name)
-            out[name] = [o.with_stray(F) for o, F in zip(records, column, strict=True)]
+            out[name] = [s[i] for s in slopes] if slopes is not None else _central(records, joint, name)
     return out
 
 
@@ -49,7 +48,8 @@ def _together(records: Sequence[Observed], joint: Joint, part: str, names: Seque
         here = forces_of_law(records, joint.laws[index])
         there = periodic_forces(records, law, len(names))
         h = np.array([[steps[n]] for n in names])
-        return [(F - F0) / h for F, F0 in zip(there, here, strict=True)]
+        moved_by = [np.stack([o.with_stray(f) for f in F]) for o, F in zip(records, there, strict=True)]
+        return [(F - F0) / h for F, F0 in zip(moved_by, here, strict=True)]
     return None
 
 

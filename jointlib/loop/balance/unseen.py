@@ -7,7 +7,8 @@ import numpy as np
 from jointlib.arrays import Array, ComplexArray
 from jointlib.joint import Joint
 from jointlib.law import MemorylessLaw
-from jointlib.loop.balance.equations import OVERSAMPLING, Observed
+from jointlib.loop.balance.equations import Observed
+from jointlib.loop.balance.spectra import OVERSAMPLING
 from jointlib.loop.balance.steady import steady_force
 
 _ROUNDS = 2
