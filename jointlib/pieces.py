@@ -45,7 +45,7 @@ def in_pieces(begin: Array, virgin: Callable[[Array], Array], step: Step, z: Arr
         return _one_by_one(step, begin, z, v)[0]
     length = -(-len(z) // count)
     pad = [(0, count * length - len(z))] + [(0, 0)] * (z.ndim - 1)
-    Z, V = (np.pad(x, pad, mode="edge").reshape(count, length, *z.shape[1:]) for x in (z, v))
+    Z, V = (np.pad(x, pad, mode="edge").reshape(count, length, *x.shape[1:]) for x in (z, v))
     start = np.concatenate([begin[None], virgin(Z[:-1, -1])])
     given, end = _one_by_one(step, start, np.moveaxis(Z, 0, 1), np.moveaxis(V, 0, 1))
     slope, known = np.zeros_like(end), np.zeros(end.shape, dtype=bool)

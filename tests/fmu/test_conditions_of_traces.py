@@ -13,10 +13,14 @@ from fmu.system.under_conditions import UnderConditions
 from jointlib.arrays import Array
 from jointlib.joint import Joint
 from jointlib.law import JointLaw, Motion
+from jointlib.laws.bouc_wen import BoucWen
 from jointlib.laws.coulomb import Coulomb
 from jointlib.laws.cubic import Cubic
 from jointlib.laws.dahl import Dahl
+from jointlib.laws.iwan import Iwan
 from jointlib.laws.jenkins import Jenkins
+from jointlib.laws.lugre import LuGre
+from jointlib.laws.maxwell import Maxwell
 from jointlib.laws.viscous import Viscous
 from jointlib.loop.path.columns import kept
 from jointlib.loop.path.force.followed import Followed
@@ -69,27 +73,27 @@ def test_without_memory_a_trace_and_an_fmu_have_one_rule(law: JointLaw, role: Ro
     assert np.max(np.abs(told - expected)) <= 1e-12 * np.max(np.abs(expected))
 
 
-@pytest.mark.parametrize("law", [Jenkins(4e6, 20.0), Dahl(4e6, 20.0)], ids=lambda law: str(law.kind))
-def test_with_memory_they_agree_under_conditions_at_points_of_the_table(law: JointLaw, tmp_path: Path) -> None:
-    """Between these a trace joins the forces, an FMU steps the joint there."""
-    held_still = [np.full(round(2 * RATE), x) for x, _ in TABLE]
-    runs, m = runs_of(tmp_path, held_still), Modulation(Role.SLIP_FORCE, "voltage", 1.0, TABLE)
+MEMORIES = (
+    (Jenkins(4e6, 20.0), Role.SLIP_FORCE),
+    (Jenkins(4e6, 20.0), Role.STIFFNESS),
+    (Dahl(4e6, 20.0), Role.SLIP_FORCE),
+    (BoucWen(4e6, 20.0, 1.5, 0.4), Role.SLIP_FORCE),
+    (LuGre(4e6, 100.0, 15.0, 20.0, 1e-3), Role.SLIP_FORCE),
+    (Iwan((2e6, 2e6), (8.0, 16.0)), Role.SLIP_FORCE),
+    (Maxwell(4e6, 4e4), Role.STIFFNESS),
+)
+
+
+@pytest.mark.parametrize(("law", "role"), MEMORIES, ids=lambda x: str(getattr(x, "kind", x)))
+@pytest.mark.parametrize("second", [False, True])
+def test_with_memory_as_well(law: JointLaw, role: Role, second: bool, tmp_path: Path) -> None:
+    """What a law remembers stays where it is while its parameters change, in records of two lengths too."""
+    t = np.arange(round(2 * RATE)) / RATE
+    u = [1.5 + 2.0 * np.sin(2 * np.pi * 0.8 * t), np.where(t[:3000] < 0.7, 0.3, 2.4)][: 2 if second else 1]
+    runs, m = runs_of(tmp_path, u), Modulation(role, "voltage", 1.0, TABLE)
     told = Followed(runs).force(law, (m,))
     expected = kept(runs, [stepped(law, m, run) for run in runs])
     assert np.max(np.abs(told - expected)) <= 1e-9 * np.max(np.abs(expected))
-
-
-@pytest.mark.parametrize("law", [Jenkins(4e6, 20.0), Dahl(4e6, 20.0)], ids=lambda law: str(law.kind))
-def test_held_between_points_they_come_together_as_these_become_dense(law: JointLaw, tmp_path: Path) -> None:
-    runs, apart = runs_of(tmp_path, [np.full(round(2 * RATE), 1.1)]), []
-    for count in (2, 5, 17):
-        table = tuple((float(x), 0.4 + 0.4 * float(x)) for x in np.linspace(0.0, 3.0, count))
-        m = Modulation(Role.SLIP_FORCE, "voltage", 1.5, table)
-        told, expected = Followed(runs).force(law, (m,)), kept(runs, [stepped(law, m, runs[0])])
-        apart.append(float(np.sqrt(np.mean((told - expected) ** 2) / np.mean(expected**2))))
-    assert apart[0] > 3 * apart[1]
-    assert apart[1] > 3 * apart[2]
-    assert apart[2] < 0.01
 
 
 def test_the_lag_of_a_trace_is_that_of_an_fmu_whose_steps_become_short() -> None:

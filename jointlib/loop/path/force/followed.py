@@ -13,11 +13,12 @@ from jointlib.arrays import Array
 from jointlib.effect import Path
 from jointlib.joint import Joint
 from jointlib.law import JointLaw, Motion
-from jointlib.loop.path.columns import at_full_rate, bare_forces, kept, stepped_together, widened
+from jointlib.loop.path.columns import at_full_rate, bare_forces, kept, stepped_together
 from jointlib.loop.path.force.unit_size import Sizes
 from jointlib.loop.path.preparation import Run
 from jointlib.modulation import Modulation, hats
 from jointlib.parameter import Role, parameters_of
+from jointlib.pieces import in_pieces
 
 _STEP = 1e-3
 """Of a parameter, for the slope of a force."""
@@ -79,12 +80,12 @@ class Followed:
     def _full(self, law: JointLaw, modulations: Modulations) -> list[Array]:
         """Along each record at the full rate, not filtered.
 
-        Without memory the parameters of a law are those at each sample. A law with memory is stepped with those of each
-        point of a table, and its forces are joined as the factors are: in a straight line from point to point.
+        The parameters of a law are those at each sample, as in an FMU: what remembers stays where it is while they
+        change, and then follows the law with the new ones.
         """
         own = _acting(law, modulations)
         if law.states:
-            return self._joined(law, own)
+            return self._stepped(law, own) if own else bare_forces(self.runs, law)
         if not own or self._is_whole(law, own):
             out = bare_forces(self.runs, law)
             for m in own:
@@ -119,39 +120,18 @@ class Followed:
         """What each coefficient of a modulation does to its factor along the record of that number."""
         return lru_cache(maxsize=2 * len(self.runs))(lambda m, i: hats(m, _followed(self.runs[i], m)))
 
-    def _joined(self, law: JointLaw, modulations: Modulations) -> list[Array]:
-        if not modulations:
-            return bare_forces(self.runs, law)
-        first, rest = modulations[0], modulations[1:]
-        at, factors = (np.array(x) for x in zip(*first.table, strict=True))
-        inputs = [_followed(run, first) for run in self.runs]
-        weights = [np.array([np.interp(u, at, row) for row in np.eye(len(at))]) for u in inputs]
-        if rest or any(p.listed for p in parameters_of(law)):
-            found = [self._joined(_scaled(law, [(first.role, np.asarray(f))]), rest) for f in factors]
-            forces = [[f[i] for f in found] for i in range(len(self.runs))]
-        else:
-            forces = self._at_points(law, first.role, tuple(factors.tolist()))
-        return [
-            np.sum([w * f for w, f in zip(weight, own, strict=True)], axis=0)
-            for weight, own in zip(weights, forces, strict=True)
-        ]
+    def _stepped(self, law: JointLaw, own: Modulations) -> list[Array]:
+        """Of a law with memory whose parameters change from step to step."""
 
-    @cached_property
-    def _at_points(self) -> Callable[[JointLaw, Role, tuple[float, ...]], list[list[Array]]]:
-        """Of a law with memory whose parameters of a role are held at each of some factors, along each record."""
+        def along(runs: Sequence[Run], path: Path) -> list[Array]:
+            many = np.ones((len(path.displacement), len(own), len(runs)))
+            for k, m in enumerate(own):
+                for j, run in enumerate(runs):
+                    factor = self._factor(m, self.runs.index(run))[:: run.preparation.step]
+                    many[: len(factor), k, j] = factor
+            return at_full_rate(runs, changing(law, [m.role for m in own], many, path))
 
-        def stepped(law: JointLaw, role: Role, factors: tuple[float, ...]) -> list[list[Array]]:
-            many = _scaled(law, [(role, np.array(factors))])
-
-            def along(own: Sequence[Run], path: Path) -> list[list[Array]]:
-                wide = widened(path, len(factors))
-                forces = many.along(wide.displacement, wide.velocity, wide.time_step)
-                found = [at_full_rate(own, forces[..., k]) for k in range(len(factors))]
-                return [[f[i] for f in found] for i in range(len(own))]
-
-            return stepped_together(self.runs, along)
-
-        return lru_cache(maxsize=4)(stepped)
+        return stepped_together(self.runs, along)
 
     def _column(self, full: Sequence[Array]) -> Array:
         return kept(self.runs, full)
@@ -181,6 +161,25 @@ def _scaled(law: JointLaw, factors: Sequence[tuple[Role, Array]]) -> JointLaw:
             if p.role is role and not p.table:
                 known = np.asarray(moved.get(p.name, getattr(law, p.name)))
                 bare = p.above + _TINY * float(np.max(np.abs(known))) if np.isfinite(p.above) else -np.inf
+                # Of a list each entry by itself.
+                known = known.reshape(known.shape + (1,) * factor.ndim) if p.listed else known
                 new = np.maximum(known * factor, max(p.lower, bare))
-                moved[p.name] = tuple(new.tolist()) if p.listed else new if np.ndim(new) else float(new)
+                moved[p.name] = tuple(new) if p.listed else new if np.ndim(new) else float(new)
     return replace(law, **moved) if moved else law  # type: ignore[type-var]
+
+
+def changing(law: JointLaw, roles: Sequence[Role], factors: Array, path: Path) -> Array:
+    """Force in N along paths (step, record) of a law whose parameters change from step to step, from the virgin state.
+
+    ``factors`` are those of the parameters of each role, (step, role, record).
+    """
+    moving = np.concatenate([path.displacement[:, None], factors], axis=1)
+
+    def step(here: Array, speed: Array, state: Array) -> tuple[Array, Array]:
+        now = _scaled(law, list(zip(roles, np.moveaxis(here, -2, 0)[1:], strict=True)))
+        return now.step(Motion(here[..., 0, :], speed[..., 0, :], path.time_step), state)
+
+    def virgin(here: Array) -> Array:
+        return law.initial_state(here[..., 0, :])
+
+    return in_pieces(virgin(moving[0]), virgin, step, moving, path.velocity[:, None])
