@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
-from functools import cached_property
+from functools import cached_property, partial
 
 import numpy as np
 
@@ -146,8 +146,14 @@ class Observed:
         total = total + np.where(self.stray & ~self.kept, (k + 1j * self.omega * c) * self._raw_displacement, 0)
         return total if self.extra is None else total + self.extra
 
+    def force_along(self, of: Callable[[Array, Array, float], Array]) -> ComplexArray:
+        """A force in N without memory, of z, ż and the time step, on the lines: of all the motion that is known."""
+        return self.lines_of(of(*self.path)) if self.whole_path is None else self.lines_of(of(*self.whole_path), True)
+
     def with_stray(self, force: ComplexArray) -> ComplexArray:
         """A force on the period lines with its linear part on the lines between them where z is more than noise."""
+        if self.whole_path is None:
+            return force
         k, c = self.linear_part(force)
         return force + np.where(self.stray & self.kept, (k + 1j * self.omega * c) * self.Z, 0)
 
@@ -262,25 +268,23 @@ def forces_of_law(records: Sequence[Observed], law: JointLaw) -> list[ComplexArr
     What does not repeat moves a law without memory as what does; one with memory it moves through its linear part.
     """
     missing = [o for o in records if law not in o._forces]
-    whole = {} if law.states else {id(o): o.whole_path for o in missing if o.whole_path is not None}
-    found = {i: steady_force(law, *path) for i, path in whole.items()}
-    repeating = [o for o in missing if id(o) not in whole]
-    forces = iter(periodic_forces(repeating, law))
-    for o in missing:
+    for o, F in zip(missing, periodic_forces(missing, law), strict=True):
         if len(o._forces) > _REMEMBERED:
             o._forces.clear()
-        o._forces[law] = o.lines_of(found[id(o)], whole=True) if id(o) in found else o.with_stray(next(forces))
+        o._forces[law] = o.with_stray(F) if law.states else F
     return [o._forces[law] for o in records]
 
 
 def periodic_forces(records: Sequence[Observed], law: JointLaw, variants: int = 0) -> list[ComplexArray]:
     """Force of a law in its periodic steady state; records of one length are stepped side by side.
 
+    What does not repeat moves laws without memory alone.
+
     With ``variants`` the parameters of the law are columns (variants, 1), and so many rows come back for each record.
     """
-    paths = [o.path for o in records]
     if not law.states and not variants:
-        return [o.lines_of(steady_force(law, *p)) for o, p in zip(records, paths, strict=True)]
+        return [o.force_along(partial(steady_force, law)) for o in records]
+    paths = [o.path for o in records]
     found: dict[int, ComplexArray] = {}
     for shape in {(len(z), step) for z, _, step in paths}:
         same = [i for i, (z, _, step) in enumerate(paths) if (len(z), step) == shape]

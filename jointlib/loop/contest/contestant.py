@@ -79,10 +79,11 @@ class InJoint(Contestant):
             forces = features(fitted.records, self.joint_effect, shapes, fitted.joint)
         except InputError:
             return []
-        found = []
+        found, repeats = [], all(o.whole_path is None for o in fitted.records)
+        row = fitted.layout.joint_row if repeats else fitted.layout.row
         for shape, F in zip(shapes, forces, strict=True):
             columns = [o.whitened_force(f) for o, f in zip(fitted.records, F, strict=True)]
-            found.append(trial(fitted.model, shape, fitted.layout.joint_row(columns), joint_only=True))
+            found.append(trial(fitted.model, shape, row(columns), joint_only=repeats))
         return [t for t in found if t is not None]
 
     def block(self, fitted: Fitted, shape: Shape) -> Array:
@@ -258,14 +259,14 @@ def features(
 ) -> list[list[ComplexArray]]:
     """For each shape the force of an effect with each coefficient 1 on the lines of each record, (q, lines).
 
-    An effect without memory is a function of the averaged path. One with memory is stepped to its periodic steady
-    state, all shapes at once where the law takes columns of parameters.
+    An effect without memory is a function of the path. One with memory is stepped to its periodic steady state, all
+    shapes at once where the law takes columns of parameters; what does not repeat moves it through its linear part.
     """
     z, v, step = records[0].path
     count = len(effect.columns(Path(z[:8], v[:8], step), shapes[0], joint))
     first = [_added(effect, e, shapes[0], joint) for e in np.eye(count)]
     if any(u is None for u in first) or not any(u.states for u in first if u is not None):
-        return [[o.lines_of(effect.columns(Path(*o.path), s, joint)) for o in records] for s in shapes]
+        return [[o.force_along(lambda *p, s=s: effect.columns(Path(*p), s, joint)) for o in records] for s in shapes]
     together = {n: np.array([[s[n]] for s in shapes]) for n in shapes[0]}
     rows = []
     for e in np.eye(count):
@@ -273,7 +274,7 @@ def features(
         laws = unit.laws if unit is not None else ()
         rows.append([periodic_forces(records, law, len(shapes)) for law in laws])
     return [
-        [np.array([sum(law[i][k] for law in row) for row in rows]) for i in range(len(records))]
+        [np.array([o.with_stray(sum(law[i][k] for law in row)) for row in rows]) for i, o in enumerate(records)]
         for k in range(len(shapes))
     ]
 

@@ -79,6 +79,7 @@ def search(start: Fitted, field: Sequence[Contestant]) -> tuple[Round, tuple[Ter
     """The first round, the accepted terms (largest first) and the rows that were only too small (secondary)."""
     opening = contest(start, field)
     terms: list[Term] = []
+    named: list[Term] = []
     current, least = opening, 0.0
     while current.winner is not None:
         bigger = grown(current.fitted, current.winner)
@@ -96,10 +97,11 @@ def search(start: Fitted, field: Sequence[Contestant]) -> tuple[Round, tuple[Ter
             if not _enough_alone(start, terms):
                 if any(t.beside is None for t in terms):
                     terms = _exchanged(start, field, terms)
-                few = explained(terms[-2].fitted, terms[-1].fitted) < _PROMISING
-                if few or together(start, terms):
-                    # Either no name will come of this, and so many hypotheses are enough, or all are named.
-                    return opening, tuple(terms), ()
+                if together(start, terms):
+                    named = [*terms]
+                elif named or explained(terms[-2].fitted, terms[-1].fitted) < _PROMISING:
+                    # A third that is not named as well is left out; without two no name will come of it.
+                    return opening, tuple(named or terms), ()
         if len(terms) == _MOST_TERMS or not _leaves_room(terms[-1].fitted.model, least):
             return opening, tuple(terms), ()
         current = contest(terms[-1].fitted, field, least)
