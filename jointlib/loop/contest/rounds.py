@@ -10,7 +10,7 @@ from jointlib.arrays import Array
 from jointlib.fault import Shape
 from jointlib.loop.answer.naming import NAMED_FROM
 from jointlib.loop.answer.report import Status
-from jointlib.loop.balance.excess import total_excess
+from jointlib.loop.balance.excess import excess_outside_joint
 from jointlib.loop.contest.contestant import Contestant, InJoint, InRig, tried
 from jointlib.loop.contest.fitted import Fitted
 from jointlib.loop.contest.model import Model, prediction_error
@@ -102,19 +102,13 @@ class _Contest:
         return Row(c, s, Status.REJECTED, reason)
 
     def _closes_an_equation(self, c: Contestant, s: Score) -> bool:
-        """A fault that explains most of what is left in balance and redundancy, however large the first term was.
-
-        These contain no joint law: what is left there is no error of form of an effect of the joint.
-        """
-        if not isinstance(c, InRig) or c.fault.on == "joint":
-            return False
-        return self.outside_joint > 0 and s.gain > _MOST * self.outside_joint
+        """A fault that explains most of what is left in balance and redundancy, however large the first term was."""
+        return is_outside_joint(c) and 0 < _MOST * self.left_outside < s.gain
 
     @cached_property
-    def outside_joint(self) -> float:
+    def left_outside(self) -> float:
         """Excess of the balance and redundancy equations."""
-        table = self.fitted.localised
-        return sum(total_excess(table, e) for e in ("balance", "redundancy") if e in table)
+        return excess_outside_joint(self.fitted.localised)
 
     def distance(self, a: Score, b: Score) -> float:
         """d²: squared distance of what two candidates predict."""
@@ -193,6 +187,11 @@ class _Contest:
         rivals = tuple(r for r in ranked if r.label in close)
         marked = tuple(_marked(r, winner, close) for r in ranked)
         return Round(self.fitted, marked, replace(winner, status=Status.ACCEPTED), rivals)
+
+
+def is_outside_joint(c: Contestant) -> bool:
+    """True for what is wrong with a sensor, a body or the rig."""
+    return isinstance(c, InRig) and c.fault.on != "joint"
 
 
 def _leads(c: Contestant) -> bool:

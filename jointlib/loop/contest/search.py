@@ -8,11 +8,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from jointlib.loop.answer.naming import NAMED_ON_A_RIG_FROM
-from jointlib.loop.balance.excess import total_excess
+from jointlib.loop.balance.excess import excess_outside_joint, total_excess
 from jointlib.loop.contest.contestant import Contestant
 from jointlib.loop.contest.fitted import Fitted
 from jointlib.loop.contest.model import Model
-from jointlib.loop.contest.rounds import WORTH_REFINING, Round, Row, contest
+from jointlib.loop.contest.rounds import WORTH_REFINING, Round, Row, contest, is_outside_joint
 
 _MOST_TERMS = 3
 _LEAST_SHARE = 0.05
@@ -47,8 +47,20 @@ def explained(start: Fitted, mended: Fitted) -> float:
 
 
 def adds(term: Term, terms: Sequence[Term]) -> float:
-    """Share of what all other terms leave that a term explains beside them; nothing where another takes its place."""
-    return 0.0 if term.beside is None else explained(term.beside.fitted, terms[-1].fitted)
+    """Share of what all other terms leave that a term explains beside them; nothing where another takes its place.
+
+    What is wrong outside the joint may explain that share of what they leave in the balance and redundancy equations
+    instead: there is nothing of what the form of an effect of the joint leaves.
+    """
+    if term.beside is None:
+        return 0.0
+    before, after = term.beside.fitted, terms[-1].fitted
+    share = explained(before, after)
+    if is_outside_joint(term.row.contestant):
+        left, still = (excess_outside_joint(f.localised) for f in (before, after))
+        if left * (1 - NAMED_ON_A_RIG_FROM) > _hidden(after.model):
+            share = max(share, 1 - still / left)
+    return share
 
 
 def together(start: Fitted, terms: Sequence[Term]) -> bool:
