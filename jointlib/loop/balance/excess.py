@@ -55,11 +55,6 @@ def total_excess(table: Mapping[str, Mapping[str, Any]], equation: str | None = 
     )
 
 
-def excess_outside_joint(table: Mapping[str, Mapping[str, Any]]) -> float:
-    """E of balance and redundancy, which contain no joint law: no error of form of one is there."""
-    return sum(total_excess(table, e) for e in ("balance", "redundancy"))
-
-
 def sizes(records: Sequence[Observed], whitened: Sequence[ComplexArray]) -> dict[str, float]:
     """Root mean square of each residual over all records, its floor, the joint force, and χ².
 

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
+from numpy.typing import NDArray
 
 from jointlib.arrays import Array, ComplexArray
 from jointlib.loop.balance.spectra import Mask
@@ -38,6 +39,12 @@ class Layout:
         return tuple(
             slice(s.start, s.start + 2 * int(m.sum())) for s, m in zip(self.records, self.on_period, strict=True)
         )
+
+    @cached_property
+    def outside_joint(self) -> NDArray[np.intp]:
+        """The entries of balance and redundancy, which contain no joint law."""
+        parts = [np.arange(s.start + 2 * len(m), s.stop) for s, m in zip(self.records, self.on_period, strict=True)]
+        return np.concatenate(parts)
 
     def row(self, columns: Sequence[ComplexArray]) -> Array:
         """Whitened columns of all records, (..., lines, 3) each, as rows (..., n)."""

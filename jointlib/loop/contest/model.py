@@ -57,6 +57,26 @@ class Model:
     def loss(self) -> float:
         return float(self.left @ self.left)
 
+    @property
+    def hidden(self) -> float:
+        """Loss that noise could hide."""
+        return float(3 * np.sqrt(self.entries))
+
+    @cached_property
+    def excess_outside_joint(self) -> float:
+        """Loss beyond noise in balance and redundancy with the columns fitted to these alone.
+
+        There is nothing of what the form of a joint law leaves, nor of what such a rest makes of the faults' sizes.
+        """
+        if self.layout is None:
+            return 0.0
+        own = self.layout.outside_joint
+        X, y = self.columns[:, own], self.y[own]
+        X = X[np.any(X, axis=1)]
+        left = y - np.linalg.lstsq(X.T, y, rcond=None)[0] @ X if len(X) else y
+        entries = int(np.sum(np.any(y.reshape(-1, 2), axis=1)))
+        return max(0.0, float(left @ left) - entries - self.hidden)
+
     @cached_property
     def gram(self) -> Array:
         """Gram matrices of the basis, record by record: (records, p, p)."""

@@ -10,7 +10,6 @@ from jointlib.arrays import Array
 from jointlib.fault import Shape
 from jointlib.loop.answer.naming import NAMED_FROM
 from jointlib.loop.answer.report import Status
-from jointlib.loop.balance.excess import excess_outside_joint
 from jointlib.loop.contest.contestant import Contestant, InJoint, InRig, tried
 from jointlib.loop.contest.fitted import Fitted
 from jointlib.loop.contest.model import Model, prediction_error
@@ -103,12 +102,7 @@ class _Contest:
 
     def _closes_an_equation(self, c: Contestant, s: Score) -> bool:
         """A fault that explains most of what is left in balance and redundancy, however large the first term was."""
-        return is_outside_joint(c) and 0 < _MOST * self.left_outside < s.gain
-
-    @cached_property
-    def left_outside(self) -> float:
-        """Excess of the balance and redundancy equations."""
-        return excess_outside_joint(self.fitted.localised)
+        return is_outside_joint(c) and 0 < _MOST * self.model.excess_outside_joint < s.gain
 
     def distance(self, a: Score, b: Score) -> float:
         """d²: squared distance of what two candidates predict."""

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from jointlib.loop.answer.naming import NAMED_ON_A_RIG_FROM
-from jointlib.loop.balance.excess import excess_outside_joint, total_excess
+from jointlib.loop.balance.excess import total_excess
 from jointlib.loop.contest.contestant import Contestant
 from jointlib.loop.contest.fitted import Fitted
 from jointlib.loop.contest.model import Model
@@ -57,8 +57,8 @@ def adds(term: Term, terms: Sequence[Term]) -> float:
     before, after = term.beside.fitted, terms[-1].fitted
     share = explained(before, after)
     if is_outside_joint(term.row.contestant):
-        left, still = (excess_outside_joint(f.localised) for f in (before, after))
-        if left * (1 - NAMED_ON_A_RIG_FROM) > _hidden(after.model):
+        left, still = (f.model.excess_outside_joint for f in (before, after))
+        if left * (1 - NAMED_ON_A_RIG_FROM) > after.model.hidden:
             share = max(share, 1 - still / left)
     return share
 
@@ -74,7 +74,7 @@ def together(start: Fitted, terms: Sequence[Term]) -> bool:
     if len(terms) < 2 or _enough_alone(start, terms):
         return False
     whole = terms[-1].fitted.model
-    least = _hidden(whole) / (1 - NAMED_ON_A_RIG_FROM)
+    least = whole.hidden / (1 - NAMED_ON_A_RIG_FROM)
     return all(
         t.beside is not None and t.beside.model.loss - whole.loss > least and adds(t, terms) >= NAMED_ON_A_RIG_FROM
         for t in terms
@@ -155,13 +155,8 @@ def _in_form(before: Fitted, fitted: Fitted, row: Row, field: Sequence[Contestan
 
 def _leaves_room(model: Model, least: float) -> bool:
     """Whether what is left is more than noise, or noise could hide as much as a further term must at least gain."""
-    excess, noise = model.loss - model.entries, _hidden(model)
+    excess, noise = model.loss - model.entries, model.hidden
     return bool(excess > noise or excess + noise >= least)
-
-
-def _hidden(model: Model) -> float:
-    """Loss that noise could hide."""
-    return float(3 * np.sqrt(model.entries))
 
 
 def _exchanged(start: Fitted, field: Sequence[Contestant], terms: list[Term]) -> list[Term]:
