@@ -194,12 +194,13 @@ def _exchanged(start: Fitted, field: Sequence[Contestant], terms: list[Term]) ->
 def _rebuilt(
     start: Fitted, field: Sequence[Contestant], rows: Sequence[Row], first_among: Sequence[Contestant] = ()
 ) -> list[Term] | None:
-    """Terms added anew in a given order; the first may be judged among a whole field, which shows its rivals."""
+    """Terms added anew in a given order; those to be told are judged among others, which shows their rivals: the first
+    among a whole field."""
     terms: list[Term] = []
     for row in rows:
         here = terms[-1].fitted if terms else start
         own = [c for c in field if c.label == row.label]
-        round_ = contest(here, own if terms or not first_among else first_among, chosen=row.label)
+        round_ = contest(here, own if not first_among else field if terms else first_among, chosen=row.label)
         bigger = None if round_.winner is None else grown(here, round_.winner)
         if round_.winner is None or bigger is None:
             return None

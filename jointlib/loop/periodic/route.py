@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Sequence, Set
 from dataclasses import replace
 from importlib.metadata import version
 from typing import Any
@@ -62,7 +62,7 @@ def trace_periodic(measurement: Measurement, joint: Joint, *, seed: int = 0) -> 
         field = ()
     opening, terms, secondary = search(start, field)
     found = _judged(start, terms)
-    rivals = _all_rivals(terms, data, found.together is not None)
+    rivals = _rivals(terms[0].round, data) if terms and found.together is None else _all_rivals(terms, data)
     word, alone = verdict.verdict_of(found, bool(terms), len(rivals))
     named = word in (Verdict.IDENTIFIED, Verdict.AMBIGUOUS)
     entered = terms if named else terms[:1] if word is Verdict.PARTIAL else ()
@@ -82,11 +82,12 @@ def trace_periodic(measurement: Measurement, joint: Joint, *, seed: int = 0) -> 
     table_after = last.localised
     first = terms[0].row.contestant.effect if terms else None
     further = [chosen_of(last, t, None) for t in entered[1:]]
+    told = (*rivals, *_all_rivals(terms, data)) if further else rivals
     what_next = verdict.next_experiment(word, rivals, first, found)
     return TraceReport(
         route="periodic",
         verdict=word,
-        sentence=verdict.sentence(word, chosen, further, rivals, before, after, found) + f" Next: {what_next}",
+        sentence=verdict.sentence(word, chosen, further, told, before, after, found) + f" Next: {what_next}",
         baseline=start.joint,
         mended=_noted(modulated(widened(last), last), data, last, sealed) if entered else joint,
         chosen=chosen,
@@ -141,21 +142,21 @@ def _lower(after: dict[str, Any], before: dict[str, Any]) -> bool:
     return bool(after["relative"] < before["relative"] or after["chi2"] < before["chi2"])
 
 
-def _all_rivals(terms: Sequence[Term], data: Readings, whole: bool) -> tuple[Rival, ...]:
-    """Of the first term; where several are named together, of each of them beside the others, none of which is one."""
-    if not whole:
-        return _rivals(terms[0], data) if terms else ()
-    own = {t.row.contestant.effect.family for t in terms}
-    return tuple(r for t in terms for r in _rivals(t, data, t.beside) if r.family not in own)
+def _all_rivals(terms: Sequence[Term], data: Readings) -> tuple[Rival, ...]:
+    """Of each term beside all others, none of which is one."""
+    own = {(c.effect.family, c.site) for c in (t.row.contestant for t in terms)}
+    of_each = [(t.beside if len(terms) > 1 else None) or t.round for t in terms]
+    return tuple(r for held in of_each for r in _rivals(held, data, own))
 
 
-def _rivals(term: Term, data: Readings, among: Round | None = None) -> tuple[Rival, ...]:
-    """Rivals of a term in the contest that it won, or among others where it won again."""
-    held, out = among or term.round, []
-    chosen = held.winner
+def _rivals(held: Round, data: Readings, besides: Set[tuple[str, str]] = frozenset()) -> tuple[Rival, ...]:
+    """Rivals of the winner of a contest besides what is told itself, by family and site."""
+    chosen, out = held.winner, []
     assert chosen is not None
     for r in held.rivals:
         a, b = chosen.contestant.effect, r.contestant.effect
+        if (b.family, r.contestant.site) in besides:
+            continue
         channel, body = place_of(r.contestant, data.rig)
         ratio = r.score.gain / chosen.score.gain
         out.append(
@@ -166,7 +167,7 @@ def _rivals(term: Term, data: Readings, among: Round | None = None) -> tuple[Riv
 
 def _further(term: Term, first: Term, data: Readings, status: str) -> dict[str, Any]:
     """A further term, with its own rivals."""
-    rivals = [{"family": r.family} | r.place for r in _rivals(term, data)]
+    rivals = [{"family": r.family} | r.place for r in _rivals(term.beside or term.round, data)]
     return {**_link(term.row, first, data), "status": status, "rivals": rivals}
 
 
