@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -13,6 +13,7 @@ from jointlib.arrays import Array, ComplexArray
 from jointlib.loop.balance.spectra import Mask
 
 _BALANCE, _REDUNDANCY, _JOINT = 0, 1, 2
+_PIECES = 8
 
 
 @dataclass(frozen=True)
@@ -75,6 +76,16 @@ class Layout:
         out[..., m, _JOINT], out[..., ~m, _JOINT] = X[..., :inside], X[..., inside:n]
         out[..., _BALANCE], out[..., _REDUNDANCY] = X[..., n : 2 * n], X[..., 2 * n :]
         return out
+
+    def in_halves(self, i: int) -> Iterator[tuple[int, int, slice]]:
+        """Two halves of one record, each every other eighth of it: number, equation and samples piece by piece.
+
+        What changes along a record changes in both, so that neither is foretold from before or behind it.
+        """
+        ends = np.linspace(0, self.samples[i], _PIECES + 1).astype(int).tolist()
+        for k, piece in enumerate(map(slice, ends[:-1], ends[1:])):
+            for e in range(3):
+                yield k % 2, e, piece
 
     def in_time(self, i: int, column: ComplexArray) -> Array:
         """Whitened columns (..., lines, 3) of one record as signals (..., 3, samples) of the same sum of squares."""

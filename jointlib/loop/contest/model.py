@@ -101,14 +101,13 @@ class Model:
     @cached_property
     def halves(self) -> tuple[Array, Array]:
         """Gram matrices (2, p, p) of the basis and its products (2, p) with what is left, halves of records apart."""
+        assert self.coarse is not None
         p = len(self.basis)
         gram, moment = np.zeros((2, p, p)), np.zeros((2, p))
-        for basis, left in self.in_time:
-            middle = left.shape[-1] // 2
-            for half, s in enumerate((slice(0, middle), slice(middle, None))):
-                for e in range(3):
-                    gram[half] += basis[:, e, s] @ basis[:, e, s].T
-                    moment[half] += basis[:, e, s] @ left[e, s]
+        for i, (basis, left) in enumerate(self.in_time):
+            for half, e, s in self.coarse.in_halves(i):
+                gram[half] += basis[:, e, s] @ basis[:, e, s].T
+                moment[half] += basis[:, e, s] @ left[e, s]
         return gram, moment
 
     @cached_property

@@ -20,7 +20,7 @@ _ABSENT = 1e-18
 class Trial:
     """One family at one shape: its Gram matrices with the model, part by part; the columns themselves are not kept.
 
-    Parts are what is held out: records, or the first and second halves of all records.
+    Parts are what is held out: records, or halves of all records.
     """
 
     shape: Shape
@@ -79,11 +79,9 @@ def trial_of_its_own(model: Model, shape: Shape, parts: Sequence[ComplexArray]) 
     inner, cross, own = np.zeros((2, R * q, R * q)), np.zeros((2, R * q, p)), np.zeros((2, R * q))
     for i, (part, (basis, left)) in enumerate(zip(parts, model.in_time, strict=True)):
         x = model.coarse.in_time(i, part)
-        here, middle = slice(i * q, i * q + q), model.coarse.samples[i] // 2
-        for e in range(3):
-            if not np.any(part[..., e]):
-                continue
-            for half, s in enumerate((slice(0, middle), slice(middle, None))):
+        here = slice(i * q, i * q + q)
+        for half, e, s in model.coarse.in_halves(i):
+            if np.any(part[..., e]):
                 inner[half, here, here] += x[:, e, s] @ x[:, e, s].T
                 cross[half, here] += x[:, e, s] @ basis[:, e, s].T
                 own[half, here] += x[:, e, s] @ left[e, s]
