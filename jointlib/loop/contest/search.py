@@ -180,11 +180,16 @@ def _exchanged(start: Fitted, field: Sequence[Contestant], terms: list[Term]) ->
         again = contest(others[-1].fitted, strong)
         if again.winner is None:
             continue
-        if again.winner.label == terms[i].row.label:
+        same = again.winner.label == terms[i].row.label
+        if same:
             terms[i] = replace(terms[i], beside=again)
-            continue
+            if not again.winner.score.best.shape:
+                continue
         other = grown(others[-1].fitted, again.winner)
         if other is None or other.model.loss > terms[-1].fitted.model.loss - 10 * np.log(other.model.entries):
+            continue
+        if same:  # Its wavelength, frequency or clearance was found while another effect was missing.
+            terms[-1] = replace(terms[-1], fitted=other)
             continue
         rows = sorted([*(t.row for t in others), again.winner], key=lambda r: -r.score.gain)
         return _rebuilt(start, strong, rows, first_among=field) or terms
