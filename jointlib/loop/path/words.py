@@ -191,7 +191,12 @@ def warnings_of(
     if len(evidence.rows) < FEWEST_BLOCKS:
         out.append(f"Only {len(evidence.rows)} blocks to hold out; a chance of 1 % cannot be shown with so few.")
     if not evidence.floor.known:
-        out.append("The noise floor is unknown (no cycle is repeated three times): everything unexplained counts.")
+        p = evidence.runs[0].preparation
+        out.append(
+            "The noise floor is unknown (no cycle is repeated three times within a record, the "
+            f"{p.edge / p.sample_rate:.2g} s at either end left out, which the filter takes): "
+            "everything unexplained counts."
+        )
     out += volts(measurement)
     for r in records:
         for c in measurement.channels:
