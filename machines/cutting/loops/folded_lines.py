@@ -1,12 +1,11 @@
 """One eigenvalue of a loop of many lines: the strong lines are solved for, the weak ones follow them.
 
-Of the lines of λ·x = A·x those on which the gain round the loop, |H|·|G|/|λ|, is well below 1 only follow what the
-others drive:
+Newton's method in the vector x and κ of
 
-    λ·x_s = A_ss·x_s + A_sw·x_w,   λ·x_w = A_ws·x_s + A_ww·x_w.
+    F = x − κ·A·x = 0,   c·x = 1,   λ = 1/κ.
 
-The second equation is iterated as it stands. In the first A_sw·x_w is held as a multiple of x_s, which leaves an
-eigenvalue problem of some tens of rows. Each round takes two or three products A·x.
+A step is solved for on the strong lines alone; the others, on which the gain round the loop, |H|·|G|/|λ|, is well below
+1, only follow. Each round takes one product A·x.
 """
 
 from __future__ import annotations
@@ -14,20 +13,42 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import numpy as np
+from scipy.linalg.lapack import zgetrf, zgetrs
 
-from jointlib.arrays import ComplexArray
+from jointlib.arrays import Array, ComplexArray
 
 from ...indices import Mask
-from .loop_branches import nearest_of
+from .mixing import mixed
 
 _ROUNDS = 40
-_SWEEPS = 2
-"""Times that the weak lines follow in a round."""
-_SETTLED = 1e-14
-_CLOSE = 1e-3
+_SETTLED = 1e-13
+"""|F| over |x| of an eigenvalue."""
+_CLOSE = 0.01
 """Share of the guess within which an eigenvalue is the one that was meant."""
-_SLOWEST = 0.7
-"""Share of the change before from which on a round does not settle."""
+
+Step = Callable[[ComplexArray], ComplexArray]
+
+
+def strong_step(among: ComplexArray, strong: Mask) -> Step:
+    """F → what 1 − κ·A makes it of, on the strong lines, whose 1 − κ·A is ``among``; the weak ones as they are."""
+    factors, pivots, _ = zgetrf(among)
+
+    def step(left: ComplexArray) -> ComplexArray:
+        solved = left.copy()
+        solved[strong] = zgetrs(factors, pivots, left[strong])[0]
+        return solved
+
+    return step
+
+
+def first_vector(step: Step, strong: Mask) -> ComplexArray:
+    """A unit vector on the strong lines that is nearly that of the eigenvalue for which ``step`` solves."""
+    x = np.zeros(len(strong), dtype=complex)
+    x[strong] = np.exp(1j * np.arange(np.count_nonzero(strong)) ** 2)
+    for _ in range(2):
+        x = step(x)
+        x /= np.linalg.norm(x)
+    return x
 
 
 def folded_eigenvalue(
@@ -39,19 +60,21 @@ def folded_eigenvalue(
 
     ``applied`` is x → A·x, ``among`` A_ss and ``strong`` the rows s, shape (m,).
     """
-    x, change = np.zeros(len(strong), dtype=complex), np.inf
-    value, x[strong] = nearest_of(among, guess)
+    step = strong_step(np.eye(len(among)) - among / guess, strong)
+    along = first_vector(step, strong)
+    of, x, kappa = along.conj(), along, 1 / guess
+    places, moves = list[Array](), list[Array]()
     for _ in range(_ROUNDS):
-        for _ in range(_SWEEPS):
-            moved = applied(x)
-            x[~strong] = moved[~strong] / value
-        own = x[strong]
-        from_weak = applied(x)[strong] - among @ own
-        new, vector = nearest_of(among + np.outer(from_weak, own.conj() / np.vdot(own, own).real), value)
-        x[strong] = vector * (np.vdot(own, own) / np.vdot(own, vector))
-        before, change, value = change, abs(new - value), new
-        if change <= _SETTLED * abs(new):
-            return (new, x / np.linalg.norm(x)) if abs(new - guess) <= _CLOSE * abs(guess) else None
-        if not change <= max(_SLOWEST * before, 10 * _SETTLED * abs(new)):
+        moved = applied(x)
+        left = x - kappa * moved
+        if np.linalg.norm(left) <= _SETTLED * np.linalg.norm(x):
+            return 1 / kappa, x / np.linalg.norm(x)
+        back, along = step(left), step(moved)
+        further = complex(of @ back) / complex(of @ along)
+        places.append(np.append(x, kappa * guess).view(float))
+        moves.append(np.append(further * along - back, further * guess).view(float))
+        new = mixed(places, moves).view(complex)
+        x, kappa = new[:-1], complex(new[-1]) / guess
+        if not abs(kappa * guess - 1) <= _CLOSE:
             return None
     return None

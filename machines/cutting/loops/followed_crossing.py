@@ -2,10 +2,11 @@
 
 Newton's method in the vector x, ν and the depth w of
 
-    F = x + w·(1 − e^(−2πjν))·A(ν)·x = 0,   |x| = 1.
+    F = x + w·(1 − e^(−2πjν))·A(ν)·x = 0,   c·x = 1.
 
 A step is solved for on the strong lines alone, where the gain round the loop, w·|1 − e^(−2πjν)|·|H|·|G|, is about 1 or
 more; the others only follow and take one product A·x a round. A(ν) is straight in ν until it is asked for again.
+Rounds are mixed, so that few are taken.
 """
 
 from __future__ import annotations
@@ -13,11 +14,12 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import numpy as np
-from scipy.linalg.lapack import zgetrf, zgetrs
 
-from jointlib.arrays import ComplexArray
+from jointlib.arrays import Array, ComplexArray
 
+from .folded_lines import first_vector, strong_step
 from .loop_branches import Crossing, regeneration
+from .mixing import mixed
 from .multi_frequency import HarmonicLoop, stiffest_direction
 from .strong_lines import StrongLines
 
@@ -33,6 +35,10 @@ _SETTLED, _DRAWN = 1e-13, 1e-8
 """|F| of a crossing, and of one from which A is asked for again."""
 _STAYS = 1e-9
 """Move of ν from where A was asked for up to which its bend is nothing."""
+_HALF = 1e-9
+"""Distance of ν from 1/2 within which two flips may be what a crossing has become."""
+_TURNED = 2.0
+"""|x| over its part along the vector of the strong lines from which on it may be the vector of another crossing."""
 _CLOSE = 0.05
 """Share of the depth, and of a tooth frequency, within which a crossing is the one that was meant."""
 
@@ -45,51 +51,48 @@ def followed_crossing(
     ``product`` makes x → A·x of G on the lines, (lines, n, n).
     """
     nu, depth = crossing.fraction, crossing.depth
-    lines, turn = loop.lines(np.array([nu]))[0], _turn(nu)
+    lines, beside = loop.lines(nu * np.array([1, 1 + _BESIDE]))
+    slope, turn = (beside - lines) / (_BESIDE * nu), _turn(nu)
     stiffest = stiffest_direction(loop.cutting, loop.axes)
     strong = depth * abs(turn) * stiffest * np.linalg.norm(lines, axis=1) >= _FOLLOWS
     if not 0 < np.count_nonzero(strong) <= strong.size / 2:
         return None
     rows, among = strong.ravel(), StrongLines(loop, strong)(np.array([nu]))[0]
-    factors, pivots, _ = zgetrf(np.eye(len(among)) + depth * turn * among)
-
-    def step(left: ComplexArray) -> ComplexArray:
-        solved = left.copy()
-        solved[rows] = zgetrs(factors, pivots, left[rows])[0]
-        return solved
-
-    x = np.zeros(len(rows), dtype=complex)
-    x[rows] = np.exp(1j * np.arange(len(among)) ** 2)
-    for _ in range(2):
-        x = step(x)
-        x /= np.linalg.norm(x)
+    step = strong_step(np.eye(len(among)) + depth * turn * among, rows)
+    x = first_vector(step, rows)
+    of = x.conj()
+    steep = product(slope)
     for _ in range(_STRAIGHT):
-        origin, beside = nu, nu * (1 + _BESIDE)
-        slope = (loop.lines(np.array([beside]))[0] - lines) / (beside - origin)
-        for first in range(_ROUNDS):
+        origin, places, moves = nu, list[Array](), list[Array]()
+        for _ in range(_ROUNDS):
             turn = _turn(nu)
             carried = product(lines + slope * (nu - origin))(x)
             left = x + depth * turn * carried
-            if not first:
-                steeper = 2j * np.pi * (1 - turn) * carried + turn * product(slope)(x)
+            size = float(np.linalg.norm(left) / np.linalg.norm(x))
+            if size <= (_SETTLED if abs(nu - origin) <= _STAYS else _DRAWN):
+                break
+            if not moves:
+                steeper = 2j * np.pi * (1 - turn) * carried + turn * steep(x)
                 along = step(depth * steeper), step(turn * carried)
-            size, back = float(np.linalg.norm(left)), step(left)
-            a, b, c = (complex(np.vdot(x, part)) for part in (back, *along))
+            back = step(left)
+            a, b, c = (complex(of @ part) for part in (back, *along))
             area = b.real * c.imag - b.imag * c.real
             if not area:
                 return None
             further, deeper = (a.imag * c.real - a.real * c.imag) / area, (a.real * b.imag - a.imag * b.real) / area
-            nu, depth = nu + further, depth + deeper
+            places.append(np.append(x.view(float), [nu, depth / crossing.depth]))
+            move = -back - further * along[0] - deeper * along[1]
+            moves.append(np.append(move.view(float), [further, deeper / crossing.depth]))
+            new = mixed(places, moves)
+            x, nu, depth = new[:-2].view(complex), float(new[-2]), float(new[-1]) * crossing.depth
             if not (abs(nu - crossing.fraction) <= _CLOSE and abs(depth - crossing.depth) <= _CLOSE * crossing.depth):
                 return None
-            x = x - back - further * along[0] - deeper * along[1]
-            x /= np.linalg.norm(x)
-            if size <= (_SETTLED if abs(nu - origin) <= _STAYS else _DRAWN):
-                break
         else:
             return None
+        if not (nu < 0.5 - _HALF and np.linalg.norm(x) <= _TURNED):
+            return None
         if abs(nu - origin) <= _STAYS:
-            return Crossing(depth, nu, -1 / (depth * _turn(nu)), x)
+            return Crossing(depth, nu, -1 / (depth * _turn(nu)), x / np.linalg.norm(x))
         lines = loop.lines(np.array([nu]))[0]
     return None
 

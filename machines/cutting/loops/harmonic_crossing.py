@@ -118,7 +118,7 @@ def _strongest(loop: HarmonicLoop, resolved: Shape, stiffest: float, about: floa
         needed = GAIN / (2 * stiffest * search[0].depth)
         lacking = level > needed if narrowed else resolved.reaching(needed) > (P + 0.5) * loop.tooth_frequency
         if level >= faintest and lacking:
-            asked, about = min((1 - SAME) * needed, level / 1.5), search[0].depth
+            asked, about = (1 - SAME) * needed, search[0].depth
             # Few lines may put the depth so high that too many would be asked for; some more tell better.
             level = asked if reaching(asked) <= _MOST else max(asked, level / 4)
             continue

@@ -145,6 +145,5 @@ class IteratedLoop(Iterated):
         many = len(self.loop.orders)
         length = int(scipy.fft.next_fast_len(2 * many - 1))
         arranged = np.zeros((length, len(self.loop.axes), len(self.loop.axes)), dtype=complex)
-        across = np.arange(1 - many, many)
-        arranged[across] = self.loop.of_cut(across.astype(float))
+        arranged[np.arange(1 - many, many)] = self.loop.of_cut(many - 1)
         return scipy.fft.fft(arranged, axis=0), length

@@ -101,14 +101,14 @@ class HarmonicLoop:
         """H_(p−q) between lines p of these orders and q of the same or of ``others``, shape (lines·n, lines·n)."""
         apart = (orders[:, None] - (orders if others is None else others)).astype(int)
         reach, n = int(np.max(np.abs(apart))), len(self.axes)
-        every = self.of_cut(np.arange(-reach, reach + 1.0))
+        every = self.of_cut(reach)
         return np.asarray(every[apart + reach].transpose(0, 2, 1, 3).reshape(n * apart.shape[0], n * apart.shape[1]))
 
-    def of_cut(self, orders: Array) -> ComplexArray:
-        """H_r of orders r, shape (r, n, n), in closed form."""
-        many, axes = self.cutting.cuts_per_revolution, list(self.axes)
-        every = many / (2 * np.pi) * Cutter.of(self.cutting).harmonics(many * orders)[0]
-        return np.asarray(every[:, axes][:, :, axes])
+    def of_cut(self, reach: int) -> ComplexArray:
+        """H_r of r = −reach … reach, shape (2·reach + 1, n, n), in closed form."""
+        every = _of_cut(self.cutting, self.axes, 1 << reach.bit_length())
+        middle = len(every) // 2
+        return every[middle - reach : middle + reach + 1]
 
     def force(self, carried: ComplexArray) -> ComplexArray:
         """The force on the tool at ω + qω_T, q as `orders`, for an eigenvector of the loop, (2P + 2, n)."""
@@ -140,6 +140,14 @@ class HarmonicLoop:
         (nodes, lines, n), many = out.shape, len(G)
         felt = np.swapaxes(out, 0, 1) @ G.transpose(1, 2, 0, 3).reshape(lines, n, many * n)
         return np.asarray(felt.reshape(lines, nodes, many, n).transpose(2, 1, 0, 3))
+
+
+@lru_cache(maxsize=32)
+def _of_cut(cutting: Cutting, axes: tuple[int, ...], reach: int) -> ComplexArray:
+    """H_r of r = −reach … reach; no speed changes it."""
+    many = cutting.cuts_per_revolution
+    every = many / (2 * np.pi) * Cutter.of(cutting).harmonics(many * np.arange(-reach, reach + 1.0))[0]
+    return np.asarray(every[:, axes][:, :, axes])
 
 
 def coupled(coupling: ComplexArray, lines: ComplexArray) -> ComplexArray:

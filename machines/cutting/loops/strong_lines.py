@@ -104,7 +104,7 @@ def coupling(into: StrongLines, out_of: StrongLines) -> ComplexArray:
     (p, axis), (q, _) = into.rows, out_of.rows
     apart = (p[:, None] - q).astype(int)
     reach = int(np.max(np.abs(apart), initial=0))
-    return np.asarray(into.loop.of_cut(np.arange(-reach, reach + 1.0))[apart + reach, axis[:, None]])
+    return np.asarray(into.loop.of_cut(reach)[apart + reach, axis[:, None]])
 
 
 def _fed(coupling: ComplexArray, moved: ComplexArray) -> ComplexArray:
