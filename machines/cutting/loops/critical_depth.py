@@ -19,7 +19,7 @@ import numpy as np
 
 from jointlib.arrays import Array, ComplexArray
 
-from .loop_branches import NONE, Bracket, Crossing, Iterated, Loop, brackets, closed, nearest, regeneration
+from .loop_branches import HALF, NONE, Bracket, Crossing, Iterated, Loop, brackets, closed, nearest, regeneration
 from .loop_samples import samples
 
 _LEVELS = (0.6, 0.3, 0.15, 0.07, 0.02, 0.004, 5e-4)
@@ -96,7 +96,8 @@ def near(loop: Loop, crossing: Crossing) -> Crossing:
             return NONE
         turned = new * complex(regeneration(np.array(nu)))
         if abs(turned.imag) <= 1e-11 * abs(turned) or nu == before:
-            return Crossing(-1 / turned.real, nu, new) if turned.real < 0 else NONE
+            # At 1/2 it has met its mirror image: flips from there on, of which it is not said which is lowest.
+            return Crossing(-1 / turned.real, nu, new) if turned.real < 0 and nu < 0.5 - HALF else NONE
         if isnan(before):  # the slope of the first step, from close by
             before = nu * (1 - 1e-6)
             past = nearest(loop, before, value)[0] * complex(regeneration(np.array(before)))

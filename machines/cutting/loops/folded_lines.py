@@ -23,8 +23,10 @@ from .mixing import mixed
 _ROUNDS = 40
 _SETTLED = 1e-13
 """|F| over |x| of an eigenvalue."""
-_CLOSE = 0.01
+_CLOSE = 0.05
 """Share of the guess within which an eigenvalue is the one that was meant."""
+TURNED = 2.0
+"""|x| over its part along the first vector, from which on it may be the vector of another eigenvalue."""
 
 Step = Callable[[ComplexArray], ComplexArray]
 
@@ -68,7 +70,8 @@ def folded_eigenvalue(
         moved = applied(x)
         left = x - kappa * moved
         if np.linalg.norm(left) <= _SETTLED * np.linalg.norm(x):
-            return 1 / kappa, x / np.linalg.norm(x)
+            size = float(np.linalg.norm(x))
+            return (1 / kappa, x / size) if size <= TURNED else None
         back, along = step(left), step(moved)
         further = complex(of @ back) / complex(of @ along)
         places.append(np.append(x, kappa * guess).view(float))

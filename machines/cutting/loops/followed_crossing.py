@@ -17,8 +17,8 @@ import numpy as np
 
 from jointlib.arrays import Array, ComplexArray
 
-from .folded_lines import first_vector, strong_step
-from .loop_branches import Crossing, regeneration
+from .folded_lines import TURNED, first_vector, strong_step
+from .loop_branches import HALF, NONE, Crossing, regeneration
 from .mixing import mixed
 from .multi_frequency import HarmonicLoop, stiffest_direction
 from .strong_lines import StrongLines
@@ -35,10 +35,6 @@ _SETTLED, _DRAWN = 1e-13, 1e-8
 """|F| of a crossing, and of one from which A is asked for again."""
 _STAYS = 1e-9
 """Move of ν from where A was asked for up to which its bend is nothing."""
-_HALF = 1e-9
-"""Distance of ν from 1/2 within which two flips may be what a crossing has become."""
-_TURNED = 2.0
-"""|x| over its part along the vector of the strong lines from which on it may be the vector of another crossing."""
 _CLOSE = 0.05
 """Share of the depth, and of a tooth frequency, within which a crossing is the one that was meant."""
 
@@ -47,6 +43,9 @@ def followed_crossing(
     loop: HarmonicLoop, product: Callable[[ComplexArray], Product], crossing: Crossing
 ) -> Crossing | None:
     """The Hopf crossing of a loop close to a guess, with its vector; None where the weak lines do not just follow.
+
+    Where it has met its mate, which is its mirror image in ν = 1/2, they are flips from there on, and it is `NONE`. A
+    guess may carry the vector of fewer lines.
 
     ``product`` makes x → A·x of G on the lines, (lines, n, n).
     """
@@ -59,7 +58,8 @@ def followed_crossing(
         return None
     rows, among = strong.ravel(), StrongLines(loop, strong)(np.array([nu]))[0]
     step = strong_step(np.eye(len(among)) + depth * turn * among, rows)
-    x = first_vector(step, rows)
+    known = crossing.carried
+    x = first_vector(step, rows) if known is None else np.pad(known, (len(rows) - len(known)) // 2)
     of = x.conj()
     steep = product(slope)
     for _ in range(_STRAIGHT):
@@ -89,9 +89,13 @@ def followed_crossing(
                 return None
         else:
             return None
-        if not (nu < 0.5 - _HALF and np.linalg.norm(x) <= _TURNED):
+        if np.linalg.norm(x) > TURNED:
             return None
         if abs(nu - origin) <= _STAYS:
+            if abs(nu - 0.5) <= HALF:
+                return NONE
+            if nu > 0.5:
+                nu, x = 1 - nu, x.reshape(len(lines), -1)[::-1].conj().ravel()
             return Crossing(depth, nu, -1 / (depth * _turn(nu)), x / np.linalg.norm(x))
         lines = loop.lines(np.array([nu]))[0]
     return None

@@ -160,13 +160,16 @@ def _strong(
 
 
 def _of_all_lines(whole: IteratedLoop, found: list[Crossing]) -> list[Crossing]:
-    """Crossings of the strong lines with all others beside them; none where one moves far, or onto another."""
+    """Crossings of the strong lines with all others beside them, those that twice as many lines may find the lowest;
+    none where one moves far, or onto another.
+    """
     found = [one for i, one in enumerate(found) if not any(_alike(one, other) for other in found[:i])]
     settled = [near(whole, one) for one in found]
     far = any(not at.kind or abs(at.depth / one.depth - 1) >= SAME for one, at in zip(found, settled, strict=True))
     if far or any(_alike(*two) for two in combinations(settled, 2)):
         return []
-    return sorted(settled, key=lambda one: one.depth)
+    lowest = min(one.depth for one in settled)
+    return sorted((one for one in settled if one.depth <= (1 + SAME) * lowest), key=lambda one: one.depth)
 
 
 def _alike(one: Crossing, other: Crossing) -> bool:

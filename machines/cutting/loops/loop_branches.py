@@ -40,8 +40,10 @@ _STEP = 0.35
 _APART = 0.5
 _TOLERANCE = 1e-12
 _HALVINGS = 60
-_HALF = 1e-12
+_FLIP = 1e-12
 """Within so much of 1/2 a crossing is the flip there: numbers cannot tell the two."""
+HALF = 1e-9
+"""The same of one that is followed from another, which two flips may be the end of."""
 
 
 @dataclass(frozen=True)
@@ -135,7 +137,7 @@ def closed(loop: Loop, bracket: Bracket) -> Crossing | None:
         value, _ = nearest(loop, float(nu), start + chord * (nu - origin))
         turned = value * complex(regeneration(np.array(nu)))
         if abs(turned.imag) <= _TOLERANCE * abs(turned):
-            at = 0.5 if 0.5 - nu <= _HALF else float(nu)
+            at = 0.5 if 0.5 - nu <= _FLIP else float(nu)
             return Crossing(-1 / turned.real, at, value) if turned.real < 0 else None
         if abs(right - left) <= 4e-15 * nu:
             break
