@@ -16,6 +16,7 @@ from machines.cutting.loops.loop_branches import Crossing, nearest_of
 from machines.cutting.loops.multi_frequency import HarmonicLoop
 from machines.cutting.loops.strong_lines import folded, strong_lines
 from machines.cutting.process.cutting import Cutting
+from machines.tool.at_rest import kept_tool
 from machines.tool.bounded_band import shape, spectrum
 from machines.tool.tool_model import ToolModel
 from machines.tool.tool_point import tool_point
@@ -47,8 +48,7 @@ def test_harmonics_of_the_cut_are_its_fourier_coefficients() -> None:
     angle = np.linspace(0.0, np.pi, 20001)
     u, v = SLOT.tooth(angle)
     step = np.pi / 20000
-    orders = np.arange(-4.0, 5.0)
-    for r, found in zip(orders, loop_of(3).of_cut(orders), strict=True):
+    for r, found in zip(range(-4, 5), loop_of(3).of_cut(4), strict=True):
         value = u[:, :, None] * v[:, None, :] * np.exp(-3j * r * angle)[:, None, None]
         integral = step * (np.sum(value, axis=0) - (value[0] + value[-1]) / 2)
         np.testing.assert_allclose(found, 3 / (2 * np.pi) * integral, rtol=0, atol=1e-6 * 1.8e9)
@@ -91,15 +91,17 @@ def test_the_strongest_branches_of_many_lines_are_those_of_all(monkeypatch: pyte
     assert [one.depth for one in some] == pytest.approx([one.depth for one in every], rel=1e-9)
 
 
-def test_lines_that_do_not_just_follow_are_not_folded() -> None:
-    """The strongest line left out drives itself round; and a guess far off may mean another eigenvalue."""
+def test_lines_that_drive_themselves_are_followed_to_the_same_eigenvalue() -> None:
+    """With the strongest line left out mixed rounds still settle; and a guess far off may mean another eigenvalue."""
     many = loop_of(100)
     found = crossing_of(many)
     matrix = many.by_lines(np.array([found.fraction]))[0]
     size = np.linalg.norm(many.lines(np.array([found.fraction]))[0], axis=(1, 2))
     strong = np.repeat((size >= 0.1 * np.max(size)) & (size < np.max(size)), 2)
     among = matrix[strong][:, strong]
-    assert folded_eigenvalue(lambda x: np.asarray(matrix @ x), among, strong, found.eigenvalue) is None
+    led = folded_eigenvalue(lambda x: np.asarray(matrix @ x), among, strong, found.eigenvalue)
+    assert led is not None
+    assert led[0] == pytest.approx(found.eigenvalue, rel=1e-9)
     strong = np.repeat(size >= 0.1 * np.max(size), 2)
     among = matrix[strong][:, strong]
     assert folded_eigenvalue(lambda x: np.asarray(matrix @ x), among, strong, found.eigenvalue) is not None
@@ -127,6 +129,18 @@ def test_two_flips_close_to_each_other_are_told_apart(monkeypatch: pytest.Monkey
     by_all = lobes_at_amplitude(machine, [3887.437185929648], method="multi-frequency")
     assert found.kind.tolist() == by_all.kind.tolist() == ["flip"]
     assert found.depth == pytest.approx(by_all.depth, rel=1e-9)
+
+
+@pytest.mark.parametrize("speed", [2333.6683417085424, 2333.853309794319])
+def test_no_flip_lies_below_a_crossing_that_has_met_half_the_teeth(speed: float) -> None:
+    """The Hopf crossing of the strong lines is two flips of all lines; of all eigenvalues there the lowest is told."""
+    machine = read_machine(MILL)
+    found = lobes_at_amplitude(machine, [speed], method="multi-frequency")
+    cut = Cutting(**dict(machine.cutting or {}))
+    loop = HarmonicLoop(kept_tool(machine), cut, (0, 1), cut.cuts_per_revolution * speed / 60, 100)
+    values = np.linalg.eigvals(loop.by_lines(np.array([0.5]))[0])
+    flips = values.real[(np.abs(values.imag) <= 1e-9 * np.abs(values)) & (values.real < 0)]
+    assert found.depth[0] == pytest.approx(-0.5 / np.min(flips), rel=1e-5)
 
 
 def test_a_flip_is_real_to_all_digits_in_a_large_loop(monkeypatch: pytest.MonkeyPatch) -> None:
