@@ -18,6 +18,7 @@ from jointlib.loop.balance.floor import Closure, excited_band, noise_floor
 from jointlib.loop.balance.spectra import Spectra, spectra_of
 from jointlib.loop.contest.fitted import Fitted, fit, free_parameters
 from jointlib.measurement import Measurement, Record
+from jointlib.modulation import INPUTS
 
 
 @dataclass(frozen=True)
@@ -64,6 +65,10 @@ def readings(measurement: Measurement) -> Readings:
             warnings.append(
                 f"{raw.spectra.name}: between the lines {raised} the quiet level; something does not repeat."
             )
+    for c in measurement.channels:
+        if c.quantity in INPUTS or (c.is_input and c.quantity != "position"):
+            told = "takes no part: on a rig parameters follow the place or time alone, along a path inputs as well."
+            warnings.append(f"Channel {c.name} ({c.quantity}) {told}")
     return Readings(measurement, rig, raws, quiet, band, tuple(warnings))
 
 
@@ -103,7 +108,7 @@ def _closures(rig: Rig, record: Spectra) -> list[Closure]:
 
 
 def _feed(measurement: Measurement, record: Record, spectra: Spectra, first: int) -> Array | None:
-    channels = measurement.of("position")
+    channels = [c for c in measurement.channels if c.quantity == "position"]
     return record.channels[channels[0].name][first : first + spectra.samples] if channels else None
 
 
