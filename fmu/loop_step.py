@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from enum import Enum
 
 import numpy as np
-from scipy.linalg import expm, null_space
+import scipy
 
 from jointlib.arrays import Array
 
@@ -110,7 +110,7 @@ def natural_frequencies(loop: Loop) -> Array:
 
 def _map(A: Array, B: Array, F: Array, step: float, master: Master) -> Array:
     n, m = B.shape
-    held = expm(np.block([[A, B], [np.zeros((m, n + m))]]) * step)[:n]
+    held = scipy.linalg.expm(np.block([[A, B], [np.zeros((m, n + m))]]) * step)[:n]
     if master is Master.GAUSS_SEIDEL:
         return np.asarray(held[:, :n] + held[:, n:] @ F)
     return np.block([[held], [F, np.zeros((m, m))]])
@@ -127,8 +127,8 @@ def _open(loop: Loop) -> tuple[Array, Array, Array]:
     held = [part / np.max(np.abs(part)) for part in (K, C, J) if np.any(part)]
     if not held:
         return np.zeros((0, 0)), np.zeros((0, len(J))), np.zeros((len(J), 0))
-    free = null_space(np.concatenate(held), rcond=1e-9)
-    N = null_space(free.T) if free.size else np.eye(len(K))
+    free = scipy.linalg.null_space(np.concatenate(held), rcond=1e-9)
+    N = scipy.linalg.null_space(free.T) if free.size else np.eye(len(K))
     K, C, J = N.T @ K @ N, N.T @ C @ N, J @ N
     k, c = loop.joint_stiffness[:, None], loop.joint_damping[:, None]
     scale = math.sqrt(float(np.max(np.abs(np.linalg.eigvalsh(K + J.T @ (k * J)))))) or 1.0

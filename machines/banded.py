@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from typing import Any, cast
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.linalg import get_lapack_funcs
 
 from .indices import Index, Mask
 
@@ -75,4 +75,4 @@ class Banded:
 
 def _lapack(name: str, of: NDArray[Any]) -> Callable[..., Any]:
     """A routine for numbers of this type."""
-    return cast(Callable[..., Any], get_lapack_funcs(name, (of,)))
+    return cast(Callable[..., Any], scipy.linalg.get_lapack_funcs(name, (of,)))

@@ -6,11 +6,11 @@ from .cutting.amplitude.unstable_depths import UnstableDepths, unstable_depths, 
 from .cutting.forced.forced_vibration import forced_vibration
 from .cutting.forced.shaken_limits import shaken_limit
 from .cutting.in_time.witness import Witness, witness
-from .cutting.process.chart import LobeBranch, StabilityLobes
+from .cutting.process.chart import METHODS, LobeBranch, StabilityLobes
 from .cutting.process.cutting import Cutting
 from .cutting.process.power_law import depth_ratio
 from .cutting.process.turning import minimum_depth_of_mode, notch_delays
-from .cutting.rest.solve import METHODS, stability_lobes
+from .cutting.rest.solve import stability_lobes
 from .tool.tool_model import ToolModel
 from .tool.tool_point import Receptance, ToolPoint, tool_point
 from .uncertainty.lobe_bands import Band, frf_band, lobe_band, measured_lobe_band

@@ -6,7 +6,7 @@ from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.linalg import eigh
+import scipy
 
 from jointlib.arrays import Array
 from jointlib.errors import InputError
@@ -222,7 +222,7 @@ def _modes(equations: MachineEquations) -> tuple[Array, Array, Array]:
     n = len(equations.mass)
     T, squared = np.zeros((n, n)), np.zeros(n)
     for block in equations.blocks:
-        values, vectors = eigh(equations.stiffness[block, block], equations.mass[block, block])
+        values, vectors = scipy.linalg.eigh(equations.stiffness[block, block], equations.mass[block, block])
         largest = np.argmax(np.abs(vectors), axis=0)
         T[block, block] = vectors * np.sign(vectors[largest, np.arange(len(values))])
         squared[block] = np.where(values < _FREE * np.max(np.abs(values), initial=0.0), 0.0, values)
@@ -243,7 +243,7 @@ def _stiffness(joint: Joint) -> float:
 def _compliance(equations: MachineEquations, rows: Array, stiffness: Array, low: float) -> float:
     """Displacement in m that 1 N makes at the ports: of each mode what it yields statically, a free one at ``low``."""
     K = equations.stiffness + equations.joints.T @ (stiffness[:, None] * equations.joints)
-    values, vectors = eigh(K, equations.mass)
+    values, vectors = scipy.linalg.eigh(K, equations.mass)
     floor = max(low**2, 1.0)
     return float(np.max(((rows @ vectors) ** 2 / np.maximum(values, floor)).sum(axis=1)))
 

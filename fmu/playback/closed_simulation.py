@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.linalg import expm
+import scipy
 
 from jointlib.arrays import Array
 from jointlib.law import JointLaw, Motion
@@ -93,7 +93,7 @@ class _Moves:
             term = of.A @ term * (h / k)
             held = held + term
             begun = begun + term[:, inputs:] / (k + 1)
-        return cls(h, expm(of.A * h), held, begun, inputs)
+        return cls(h, scipy.linalg.expm(of.A * h), held, begun, inputs)
 
 
 def _moves(of: Closed, step: float) -> dict[int, _Moves]:

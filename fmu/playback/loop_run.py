@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.linalg import expm
+import scipy
 
 from jointlib.arrays import Array
 from jointlib.joint import Joint
@@ -51,7 +51,7 @@ def jacobi_run(
     A = np.block([[np.zeros((n, n)), np.eye(n)], [-inverse @ loop.stiffness, -inverse @ loop.damping]])
     B = np.concatenate([np.zeros((n, m + len(outside))), inverse @ np.concatenate([-loop.joints, outside]).T])
     inputs = B.shape[1]
-    held = expm(np.block([[A, B], [np.zeros((inputs, 2 * n + inputs))]]) * step)[: 2 * n]
+    held = scipy.linalg.expm(np.block([[A, B], [np.zeros((inputs, 2 * n + inputs))]]) * step)[: 2 * n]
     states = [joint.initial_state(0.0) for joint in joints]
     under = [UnderConditions(joint) for joint in joints]
     behind = [each.begun(start or {}) for each in under]

@@ -8,7 +8,7 @@ from enum import IntEnum
 from functools import cached_property, lru_cache
 
 import numpy as np
-from scipy.linalg import null_space, qr
+import scipy
 
 from jointlib.arrays import Array
 from jointlib.joint import Joint
@@ -78,7 +78,7 @@ class Closed:
         if not len(rows):
             return ()
         size = np.maximum(np.linalg.norm(rows, axis=1), np.finfo(float).tiny)
-        _, R, order = qr((rows / size[:, None]).T, mode="economic", pivoting=True)
+        _, R, order = scipy.linalg.qr((rows / size[:, None]).T, mode="economic", pivoting=True)
         rank = int(np.sum(np.abs(np.diag(R)) > _NOTHING * abs(R[0, 0])))
         return tuple(self.bent[i] for i in order[:rank])
 
@@ -243,7 +243,7 @@ def modes(of: Closed) -> Modes | None:
 def _free(A: Array, fastest: float) -> Array:
     """Motions of the structure that neither stiffness nor damping hold, one per column."""
     held = np.concatenate([A[1::2, 0::2] / fastest**2, A[1::2, 1::2] / fastest])
-    return np.asarray(null_space(held, rcond=1e-13))
+    return np.asarray(scipy.linalg.null_space(held, rcond=1e-13))
 
 
 def _turned(of: Modes) -> Array:

@@ -6,7 +6,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -25,7 +25,6 @@ from ..measured_modes.measured_responses import read_responses
 from ..measured_modes.modal_component import component_of, write_component
 from ..measured_modes.tool_responses import tool_responses
 from ..model.machine import Machine
-from ..modes.depth_sensitivity import DepthSensitivity, depth_sensitivity
 from ..modes.mode_energy import ModeEnergies, mode_energies
 from ..modes.mode_words import leading, shown_modes, warnings
 from ..modes.natural_modes import NaturalModes, natural_modes
@@ -34,6 +33,9 @@ from ..ranges import LARGEST_AMPLITUDE
 from ..road.open_joints import with_joints
 from .told.machine_modes import modes_as_json, modes_in_words
 from .told.measured_modes import beyond, measured_as_json, measured_in_words
+
+if TYPE_CHECKING:
+    from ..modes.depth_sensitivity import DepthSensitivity
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -179,6 +181,8 @@ def modes(
         depth = None
         try:
             if model.cutting is not None and model.tool:
+                from ..modes.depth_sensitivity import depth_sensitivity
+
                 depth = depth_sensitivity(found)
         except InputError as error:  # the modes are told all the same
             remarks = (*remarks, f"{error}.")

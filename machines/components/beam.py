@@ -8,7 +8,6 @@ from typing import ClassVar
 
 import numpy as np
 import scipy
-from scipy.linalg import block_diag
 
 from jointlib.arrays import Array, ComplexArray
 from jointlib.errors import InputError
@@ -193,7 +192,7 @@ class Beam(Component):
         C = sum((m.viscous * K for m, K in zip(mesh.materials, parts, strict=True)), zero)
         lossy = sum((m.loss_factor * K for m, K in zip(mesh.materials, parts, strict=True)), zero)
         shapes = np.zeros((len(self.dofs), len(zero)))
-        shapes[:, : len(interface)] = block_diag(*([self.frame.T] * (2 * len(at))))
+        shapes[:, : len(interface)] = scipy.linalg.block_diag(*([self.frame.T] * (2 * len(at))))
         model = SecondOrder(found.reduced(scipy.sparse.csc_matrix(mesh.mass)), C, sum(parts, zero), shapes)
         # Unit accelerations along the machine axes: bubbles and rotations take no part in a translation.
         moved = np.zeros((len(mesh.mass), 3))

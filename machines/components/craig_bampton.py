@@ -7,7 +7,6 @@ from typing import Any
 
 import numpy as np
 import scipy
-from scipy.linalg import eigh
 
 from jointlib.arrays import Array, ComplexArray
 from jointlib.errors import InputError
@@ -146,7 +145,7 @@ def _modes(
     if n <= _DENSE:
         try:
             # ν = 1/(ω² − shift) by the inverse problem: M may be singular, K − shift M may not.
-            inverse, shapes = eigh(M.toarray(), (K - shift * M).toarray())
+            inverse, shapes = scipy.linalg.eigh(M.toarray(), (K - shift * M).toarray())
         except np.linalg.LinAlgError:
             raise InputError(f"{where}: stiffness is not positive, expected one that yields no energy") from None
         if inverse[0] < -1e-9 * inverse[-1]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.linalg import LinAlgError, eigh
+import scipy
 
 from jointlib.arrays import Array, ComplexArray
 from jointlib.errors import InputError
@@ -214,8 +214,8 @@ def modes(mass: Array, stiffness: Array) -> tuple[Array, Array, float]:
     fastest = float(np.max(np.diag(stiffness) / np.diag(mass), initial=0.0)) or 1.0
     shift = _SHIFT * fastest
     try:
-        inverse, shapes = eigh(mass, stiffness + shift * mass)
-    except LinAlgError:
+        inverse, shapes = scipy.linalg.eigh(mass, stiffness + shift * mass)
+    except np.linalg.LinAlgError:
         raise InputError(
             "equations of motion: masses or stiffnesses lie too far apart for floats, expected ones of like size"
         ) from None

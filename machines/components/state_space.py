@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any, ClassVar
 
 import numpy as np
-from scipy.linalg import matrix_balance
+import scipy
 
 from jointlib.arrays import Array, ComplexArray
 from jointlib.errors import InputError
@@ -96,7 +96,7 @@ class StateSpace(Component):
 
     @cached_property
     def _balanced(self) -> tuple[Array, Array, Array]:
-        balanced, scale = matrix_balance(self.A)
+        balanced, scale = scipy.linalg.matrix_balance(self.A)
         return np.asarray(balanced, dtype=float), np.linalg.inv(scale) @ self.B, self.C @ np.asarray(scale, dtype=float)
 
     def between(self, omega: Array, rows: Array, columns: Array) -> ComplexArray:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from scipy.linalg import matrix_balance
+import scipy
 
 from jointlib.arrays import Array, ComplexArray
 from jointlib.errors import InputError
@@ -62,7 +62,7 @@ def by_control(machine: Machine, states: MachineStates, rows: Array, K: Array, C
         law[j, count + k] = C[j] * fastest
     closed = control.feedback(speed, control.ss([], [], [], law), sign=-1)
     # States scaled by powers of two: the same system, whose matrix is no larger than its poles are fast.
-    balanced, (scale, _) = matrix_balance(closed.A, permute=False, separate=True)
+    balanced, (scale, _) = scipy.linalg.matrix_balance(closed.A, permute=False, separate=True)
     wanted = slice(nj, count)
     seen = control.ss(
         balanced, closed.B[:, wanted] / scale[:, None], closed.C[wanted] * scale, closed.D[wanted, wanted]

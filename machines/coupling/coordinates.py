@@ -7,7 +7,7 @@ from functools import cached_property
 from typing import TypeVar
 
 import numpy as np
-from scipy.linalg import qr, solve_triangular
+import scipy
 
 from jointlib.arrays import Array, ComplexArray
 
@@ -56,12 +56,12 @@ class Coordinates:
         if nj < 2 or not np.any(size):
             return every
         scaled = B / np.where(size > 0, size, 1.0)[:, None]
-        R, order = qr(scaled.T, mode="r", pivoting=True)
+        R, order = scipy.linalg.qr(scaled.T, mode="r", pivoting=True)
         own = np.abs(np.diag(R))
         r = int(np.sum(own > _RANK * own[0]))
         if r == nj:
             return every
-        share = solve_triangular(R[:r, :r], R[:r, r:])
+        share = scipy.linalg.solve_triangular(R[:r, :r], R[:r, r:])
         T = np.zeros((nj, r))
         T[order[:r]] = np.eye(r)
         T[order[r:]] = np.where(np.abs(share.T) > _NOTHING, share.T, 0.0)

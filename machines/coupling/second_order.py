@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.linalg import block_diag, eigh, null_space
+import scipy
 
 from jointlib.arrays import Array
 from jointlib.errors import InputError
@@ -35,7 +35,7 @@ class MachineEquations:
     def natural_frequencies(self, joint_stiffness: Array) -> Array:
         """Undamped natural frequencies in Hz, ascending, with these joint stiffnesses in N/m; free motions are 0."""
         K = self.stiffness + self.joints.T @ (np.asarray(joint_stiffness)[:, None] * self.joints)
-        squared = eigh(K, self.mass, eigvals_only=True)
+        squared = scipy.linalg.eigh(K, self.mass, eigvals_only=True)
         floor = 1e-9 * max(float(np.max(np.abs(squared), initial=0.0)), 1e-300)
         return np.asarray(np.sqrt(np.where(np.abs(squared) < floor, 0.0, np.maximum(squared, 0.0))) / (2 * np.pi))
 
@@ -51,7 +51,7 @@ def machine_equations(machine: Machine) -> MachineEquations:
         if part is None:
             raise InputError(f"{machine.where}: component {component.name!r} has no equations of motion, only an FRF")
         parts.append(part)
-    shapes = block_diag(*(p.shapes for p in parts))
+    shapes = scipy.linalg.block_diag(*(p.shapes for p in parts))
     rigid = machine.rows([c for c in machine.connections if c.rigid]) @ shapes
     owner = np.repeat(np.arange(len(parts)), [len(p.mass) for p in parts])
     columns, blocks, start = [], [], 0
@@ -64,7 +64,7 @@ def machine_equations(machine: Machine) -> MachineEquations:
         blocks.append(slice(start, start + kept.shape[1]))
         start += kept.shape[1]
     N = np.concatenate(columns, axis=1)
-    M, C, K = (block_diag(*(getattr(p, key) for p in parts)) for key in ("mass", "damping", "stiffness"))
+    M, C, K = (scipy.linalg.block_diag(*(getattr(p, key) for p in parts)) for key in ("mass", "damping", "stiffness"))
     mass = N.T @ M @ N
     if not all(is_positive(mass[b, b]) for b in blocks):
         raise InputError(
@@ -85,4 +85,8 @@ def machine_equations(machine: Machine) -> MachineEquations:
 def motions(held: Array) -> Array:
     """Orthonormal motions that the rows ``held`` leave free, one per column."""
     rows = held[np.any(held != 0, axis=1)]
-    return null_space(rows / np.linalg.norm(rows, axis=1, keepdims=True)) if len(rows) else np.eye(held.shape[1])
+    return (
+        scipy.linalg.null_space(rows / np.linalg.norm(rows, axis=1, keepdims=True))
+        if len(rows)
+        else np.eye(held.shape[1])
+    )

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.linalg import block_diag, null_space
+import scipy
 
 from jointlib.arrays import Array
 from jointlib.errors import InputError
@@ -35,7 +35,7 @@ class MachineStates:
 
     def natural_frequencies(self, joint_stiffness: Array) -> Array:
         """Size of the oscillating poles in Hz, ascending, with these joint stiffnesses in N/m; free motions are 0."""
-        A, B, C = (block_diag(*(getattr(b, key) for b in self.blocks)) for key in "ABC")
+        A, B, C = (scipy.linalg.block_diag(*(getattr(b, key) for b in self.blocks)) for key in "ABC")
         copies = np.tile(np.eye(self.joints.shape[1]), (len(self.blocks), 1))
         Bz, Cz = B @ copies @ self.joints.T, self.joints @ copies.T @ C
         Dzz = self.joints @ sum(b.D for b in self.blocks) @ self.joints.T
@@ -74,7 +74,7 @@ def machine_states(machine: Machine) -> MachineStates:
                 else _joined([second for i in family if (second := seconds[i]) is not None], rigid[~hard][:, own])
             )
             parts.append((found, own))
-        whole = FirstOrder(*(block_diag(*(getattr(p, key) for p, _ in parts)) for key in "ABCD"))
+        whole = FirstOrder(*(scipy.linalg.block_diag(*(getattr(p, key) for p, _ in parts)) for key in "ABCD"))
         order = np.concatenate([own for _, own in parts])
         whole = _held(machine, whole, rigid[hard][:, order][np.any(rigid[hard][:, inside] != 0, axis=1)])
         placed = np.zeros((len(order), len(machine.dofs)))
@@ -93,7 +93,9 @@ def _states(machine: Machine, index: int) -> FirstOrder:
 
 def _joined(parts: Sequence[SecondOrder], rows: Array) -> FirstOrder:
     """Components that these rows over their dofs hold together."""
-    M, C, K, shapes = (block_diag(*(getattr(p, k) for p in parts)) for k in ("mass", "damping", "stiffness", "shapes"))
+    M, C, K, shapes = (
+        scipy.linalg.block_diag(*(getattr(p, k) for p in parts)) for k in ("mass", "damping", "stiffness", "shapes")
+    )
     N = motions(rows @ shapes)
     return as_first_order(SecondOrder(N.T @ M @ N, N.T @ C @ N, N.T @ K @ N, shapes @ N))
 
@@ -148,7 +150,11 @@ def _held(machine: Machine, free: FirstOrder, rows: Array) -> FirstOrder:
         )
     by_state, by_force = np.linalg.solve(own, motion), np.linalg.solve(own, other)
     stack = np.concatenate(bound) if bound else np.zeros((0, len(free.A)))
-    N = null_space(stack / np.linalg.norm(stack, axis=1, keepdims=True)) if len(stack) else np.eye(len(free.A))
+    N = (
+        scipy.linalg.null_space(stack / np.linalg.norm(stack, axis=1, keepdims=True))
+        if len(stack)
+        else np.eye(len(free.A))
+    )
     return FirstOrder(
         N.T @ (free.A - B_held @ by_state) @ N,
         N.T @ (free.B - B_held @ by_force),

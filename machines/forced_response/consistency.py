@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable
+from collections.abc import Collection
 from functools import partial
 
 import numpy as np
@@ -12,8 +12,6 @@ from jointlib.errors import InputError, together
 from ..components.component import Component
 from ..components.connection import GROUND, Connection
 from ..model.machine import Machine
-from ..operating.branches import Branch
-from ..operating.resonances import NO_MOTION
 
 
 def check_sound(machine: Machine, whole: bool = True, doubtful: Collection[str] = ()) -> None:
@@ -23,15 +21,6 @@ def check_sound(machine: Machine, whole: bool = True, doubtful: Collection[str] 
     the joints of ``doubtful`` connections.
     """
     together(*([partial(_not_loose, machine)] if whole else []), partial(_not_twice, machine, doubtful))
-
-
-def unmoved(machine: Machine, driven: str, branches: Iterable[Branch]) -> tuple[str, ...]:
-    """A sentence where a force moves none of the joints: the machine is then linear, whatever they are."""
-    names = [c.name for c in machine.flexible]
-    sizes = [(float(np.max(np.abs(b.joint))), float(np.max(np.abs(b.output), initial=0.0))) for b in branches if names]
-    if not sizes or max(z for z, _ in sizes) > NO_MOTION * max(x for _, x in sizes):
-        return ()
-    return (f"the force on {driven} moves no joint ({', '.join(names)}), so none of them bears on the answer",)
 
 
 def _not_loose(machine: Machine) -> None:

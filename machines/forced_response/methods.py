@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,6 +16,8 @@ from ..continuation.curve_results import Followed, by_arc_length
 from ..continuation.fold_windows import by_windows
 from ..continuation.line_by_line import by_lines
 from ..harmonic_balance.assembly import Assembly
+from ..model.machine import Machine
+from ..operating.branches import Branch
 from ..operating.resonances import NO_MOTION
 
 
@@ -70,6 +73,15 @@ def in_one_harmonic(
         starts = from_branches(assembly, [part.branches for part in found], (1,))
         return by_arc_length(assembly, forces, lines, (1,), starts)
     return found
+
+
+def unmoved(machine: Machine, driven: str, branches: Iterable[Branch]) -> tuple[str, ...]:
+    """A sentence where a force moves none of the joints: the machine is then linear, whatever they are."""
+    names = [c.name for c in machine.flexible]
+    sizes = [(float(np.max(np.abs(b.joint))), float(np.max(np.abs(b.output), initial=0.0))) for b in branches if names]
+    if not sizes or max(z for z, _ in sizes) > NO_MOTION * max(x for _, x in sizes):
+        return ()
+    return (f"the force on {driven} moves no joint ({', '.join(names)}), so none of them bears on the answer",)
 
 
 def _at_rest(assembly: Assembly, lines: Array) -> bool:

@@ -29,8 +29,7 @@ from ..stability.perturbations import labelled, nothing_stable, of_peaks, with_s
 from ..statics.statics import static_point
 from ..tool.chatter_band import chatter_band, frequency_range
 from ..tool.tool_model import around
-from .consistency import unmoved
-from .methods import AmplitudeMap, ArcLength, Newton, in_one_harmonic
+from .methods import AmplitudeMap, ArcLength, Newton, in_one_harmonic, unmoved
 
 _POINTS = 600
 _FEW = 50

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from scipy.linalg import orth
+import scipy
 
 from jointlib.arrays import Array, ArrayLike, ComplexArray
 from jointlib.errors import InputError
@@ -255,7 +255,7 @@ def _points(machine: Machine) -> tuple[str, ...]:
 def _held(machine: Machine) -> Mask:
     """Degrees of freedom that rigid connections hold at zero, where both machines have nothing but rounding."""
     rows = machine.rows([c for c in machine.connections if c.rigid])
-    within = orth(rows.T)
+    within = scipy.linalg.orth(rows.T)
     return np.asarray(np.sum(within**2, axis=1) > 1 - _FREE)
 
 

@@ -6,7 +6,7 @@ from abc import ABC, abstractmethod
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.linalg import block_diag
+import scipy
 
 from jointlib.arrays import Array, ComplexArray
 from jointlib.errors import InputError
@@ -184,7 +184,7 @@ class InStates(Eigenproblem):
         states = machine_states(machine)
         self.where = machine.where
         copies = np.tile(np.eye(len(machine.dofs)), (len(states.blocks), 1))
-        self.A, B, out = (block_diag(*(getattr(b, key) for b in states.blocks)) for key in "ABC")
+        self.A, B, out = (scipy.linalg.block_diag(*(getattr(b, key) for b in states.blocks)) for key in "ABC")
         self.B, self.out = B @ copies, copies.T @ out
         self.D = np.sum([b.D for b in states.blocks], axis=0)
         self.joints = states.joints

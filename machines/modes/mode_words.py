@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ..indices import Index
 from ..model.joint_places import bundles
-from .depth_sensitivity import DepthSensitivity
 from .mode_energy import ModeEnergies
 from .natural_modes import NaturalModes
+
+if TYPE_CHECKING:
+    from .depth_sensitivity import DepthSensitivity
 
 _FIRST = 10
 _SHOWN = 1e-2

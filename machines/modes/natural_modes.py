@@ -16,7 +16,6 @@ from jointlib.shown.result import Columns, Shown
 from ..coupling.second_order import MachineEquations, machine_equations
 from ..indices import Mask
 from ..model.machine import Machine
-from ..operating.operating_point import OpenTool
 from ..statics.working_point import tangents
 from .free_vibration import Eigenproblem, InMotions, InStates, Vibrations
 
@@ -267,6 +266,8 @@ def _vibrating(
     amplitude: float,
 ) -> tuple[ComplexArray, Mask]:
     """Gains of the joints while the tool vibrates at the frequencies of modes, pushed the way it moves in them."""
+    from ..operating.operating_point import OpenTool
+
     rows = machine.dof_rows(machine.tool_dofs, "[tool]")
     tool = (rows @ system.shapes(*_held(gain, pole), pole, vector).dofs).T
     largest = np.max(np.abs(tool), axis=1, keepdims=True)

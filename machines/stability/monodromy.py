@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
-from scipy.linalg import eigh
+import scipy
 
 from jointlib.arrays import Array, ComplexArray
 from jointlib.joint import Joint
@@ -62,7 +62,7 @@ class Poised:
         k = np.array([_stiffness_at(joint, z) for joint, z in zip(joints, rest.tolist(), strict=True)])
         c = np.array([_damping_at_rest(joint) for joint in joints])
         R = equations.joints
-        squared, modes = eigh(equations.stiffness + R.T @ (k[:, None] * R), equations.mass)
+        squared, modes = scipy.linalg.eigh(equations.stiffness + R.T @ (k[:, None] * R), equations.mass)
         own = tuple(i for i, joint in enumerate(joints) if not _is_plain(joint))
         slow = squared <= (_REACH * highest) ** 2
         coordinates = Coordinates.of(R[list(own)])

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from functools import cached_property, lru_cache
 
 import numpy as np
-from scipy.linalg import cho_factor, cho_solve, solve_triangular
+import scipy
 
 from jointlib.arrays import Array
 from jointlib.errors import InputError
@@ -54,7 +54,7 @@ class Balance:
         means = tuple(MeanForce(joint) for joint in machine.joints())
         load = equations.shapes.T @ static_forces(machine)
         L = np.linalg.cholesky(equations.mass)
-        T = solve_triangular(L, np.eye(len(L)), lower=True).T
+        T = scipy.linalg.solve_triangular(L, np.eye(len(L)), lower=True).T
         K, J, F = T.T @ equations.stiffness @ T, equations.joints @ T, T.T @ load
         largest = max((float(np.linalg.norm(K[b, b], 2)) for b in equations.blocks if b.stop > b.start), default=0.0)
         held = K / max(largest, 1e-300)
@@ -202,7 +202,7 @@ def _apart(K: Array, loose: Array) -> tuple[Array, Array]:
 def _solve(H: Array, g: Array, shift: float) -> Array:
     """A direction that goes down: with H as it is, or where it is not positive with its eigenvalues made so."""
     try:
-        return np.asarray(cho_solve(cho_factor(H), g))
+        return np.asarray(scipy.linalg.cho_solve(scipy.linalg.cho_factor(H), g))
     except np.linalg.LinAlgError:
         value, vector = np.linalg.eigh(H)
         return np.asarray(vector @ ((vector.T @ g) / np.maximum(np.abs(value), shift)))

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from scipy.special import ndtri
+import scipy
 
 from jointlib.arrays import Array
 from jointlib.errors import InputError
@@ -54,7 +54,7 @@ class Factor:
             return self.low + u * (self.high - self.low)
         if self.distribution == "log-uniform":
             return np.asarray(self.low * (self.high / self.low) ** u)
-        z = ndtri(np.clip(u, _WIDEST, 1 - _WIDEST))
+        z = scipy.special.ndtri(np.clip(u, _WIDEST, 1 - _WIDEST))
         shifted = self.low + self.high * z if self.distribution == "normal" else self.low * np.exp(self.high * z)
         return np.asarray(shifted)
 

@@ -16,7 +16,7 @@ from jointlib.io.mistakes import Lost, Mistakes, all_at_once
 from jointlib.io.toml import Section
 from jointlib.io.toml_file import read_toml
 
-from ..cutting.rest.solve import METHODS as LOBES
+from ..cutting.process.chart import METHODS as LOBES
 from ..files.named_tools import USE
 from .conditions import Case, read_cases
 from .factors import IDENTIFICATION, Factor

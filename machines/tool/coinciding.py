@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy.linalg.lapack import ztrtri
+import scipy
 
 from jointlib.arrays import ComplexArray
 
@@ -24,7 +24,7 @@ def told_apart(vectors: ComplexArray) -> bool:
     """
     if vectors.shape[1] > _FEW:
         triangle: ComplexArray = np.asarray(np.linalg.qr(vectors, mode="r"))
-        inverse, singular = ztrtri(triangle)
+        inverse, singular = scipy.linalg.lapack.ztrtri(triangle)
         with np.errstate(all="ignore"):
             if not singular and _size(triangle) * _size(inverse) < _CLEARLY * _APART:
                 return True

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.linalg import block_diag
+import scipy
 
 from jointlib.arrays import Array, ComplexArray
 from jointlib.errors import InputError
@@ -55,7 +55,7 @@ class OpenJoints:
         """From the equations of motion of the components; `InputError` where one has none."""
         states = machine_states(machine)
         rows = machine.dof_rows(machine.tool_dofs, "[tool]")
-        A, B, out = (block_diag(*(getattr(b, key) for b in states.blocks)) for key in "ABC")
+        A, B, out = (scipy.linalg.block_diag(*(getattr(b, key) for b in states.blocks)) for key in "ABC")
         copies = np.tile(np.eye(rows.shape[1]), (len(states.blocks), 1))
         B, out = B @ copies, copies.T @ out
         D = np.sum([b.D for b in states.blocks], axis=0)

@@ -19,8 +19,6 @@ from jointlib.io.measurement_file import read_records
 from jointlib.joint import Joint
 from jointlib.measurement import CUTS, FORCES, RINGDOWN, Measurement
 from jointlib.modulation import CONDITIONS
-from jointlib.ringdown.backbone import backbones
-from jointlib.ringdown.identify import said_of as said_of_decays
 from jointlib.shown.text import table
 from jointlib.units import rounded, shown
 
@@ -181,6 +179,9 @@ def measurement_lines(m: Measurement) -> list[str]:
 
 def _decays(m: Measurement) -> list[str]:
     """The modes of each decay, from the largest amplitude to the smallest."""
+    from jointlib.ringdown.backbone import backbones
+    from jointlib.ringdown.identify import said_of as said_of_decays
+
     found = backbones(m, read_records(m, m.with_role("fit")))
     rows = []
     for modes in found:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.linalg import block_diag, expm
+import scipy
 
 from jointlib.arrays import Array, ComplexArray
 from jointlib.errors import InputError
@@ -82,7 +82,7 @@ def moving_parts(machine: Machine, amplitudes: Array, omega: float) -> MovingPar
                     "a simulation needs laws in time"
                 )
     states = machine_states(machine)
-    A, B = block_diag(*(b.A for b in states.blocks)), np.concatenate([b.B for b in states.blocks])
+    A, B = scipy.linalg.block_diag(*(b.A for b in states.blocks)), np.concatenate([b.B for b in states.blocks])
     C = np.concatenate([b.C for b in states.blocks], axis=1)
     scale = np.linalg.norm(C, axis=1)[:, None] * np.linalg.norm(B, axis=0)
     if np.any(np.abs(C @ B) > _JUMP * scale) or any(np.any(b.D) for b in states.blocks):
@@ -165,5 +165,5 @@ def _phi(A: Array, B: Array, h: float) -> tuple[Array, list[Array]]:
     big = np.zeros((n + 3 * m, n + 3 * m))
     big[:n, :n], big[:n, n : n + m] = A * h, B * h
     big[n : n + 2 * m, n + m :] = np.eye(2 * m)
-    E = expm(big)
+    E = scipy.linalg.expm(big)
     return E[:n, :n], [E[:n, n + k * m : n + (k + 1) * m] for k in range(3)]

@@ -12,7 +12,7 @@ from functools import lru_cache
 from math import isfinite, sqrt
 
 import numpy as np
-from scipy.linalg.lapack import zgetrf, zgetrs
+import scipy
 
 from jointlib.arrays import Array, ComplexArray
 
@@ -177,11 +177,11 @@ def nearest_of(matrix: ComplexArray, guess: complex) -> tuple[complex, ComplexAr
     size, shift = len(matrix), guess * (1 + 1e-9)
     shifted = np.array(matrix, dtype=complex, order="F")
     shifted.flat[:: size + 1] -= shift
-    factors, pivots, _ = zgetrf(shifted, overwrite_a=True)
+    factors, pivots, _ = scipy.linalg.lapack.zgetrf(shifted, overwrite_a=True)
     vector = _unlike_any(size)
     value = complex(np.nan)
     for _ in range(60):
-        grown, _ = zgetrs(factors, pivots, vector)
+        grown, _ = scipy.linalg.lapack.zgetrs(factors, pivots, vector)
         length = sqrt(np.vdot(grown, grown).real)
         if not isfinite(length):
             break  # the shift is an eigenvalue to the last digit

@@ -19,6 +19,14 @@ from ...indices import Mask
 
 Words: TypeAlias = NDArray[np.str_]
 Integers: TypeAlias = NDArray[np.int64]
+METHODS = {
+    "turning": ("turning", "boring"),
+    "zero-order": ("milling",),
+    "multi-frequency": ("milling",),
+    "collocation": ("milling", "turning", "boring"),
+}
+"""The methods and the processes each is for."""
+
 BY_SPEED = ("speed", "depth", "chatter_frequency", "kind", "lobe", "known_below")
 """Fields of a chart with a value per speed."""
 UNSEEN = "The lines tell of modes above"

@@ -19,19 +19,11 @@ from ...tool.tool_point import Receptance, ToolPoint, tool_point
 from ..loops.crossing import Crossings, first_crossings
 from ..loops.regeneration import Loops, Minimum, Trace, boundary, limiting_depth, lowest_depth, trace, wave_fraction
 from ..process import turning, zero_order
-from ..process.chart import StabilityLobes
+from ..process.chart import METHODS, StabilityLobes
 from ..process.cutting import Cutting
 from . import periodic
 from .beyond_record import within_record
 from .cutter_charts import cutter_chart
-
-METHODS = {
-    "turning": ("turning", "boring"),
-    "zero-order": ("milling",),
-    "multi-frequency": ("milling",),
-    "collocation": ("milling", "turning", "boring"),
-}
-"""The methods and the processes each is for."""
 
 _MOST_PHASE = 150.0
 """rad that the fastest mode turns in the cut of a tooth period, up to which collocation is the default."""
