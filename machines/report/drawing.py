@@ -73,9 +73,9 @@ def sheet(
 
 
 def laid_out(figure: Any) -> None:
-    """Room for every label, found once: a figure that has a layout engine is drawn once more for it at each saving."""
+    """Room for every label, found once: a figure with any layout engine, "none" too, is drawn twice at each saving."""
     figure.get_layout_engine().execute(figure)
-    figure.set_layout_engine("none")
+    figure.set_layout_engine(None)
 
 
 def thin(*columns: Array, most: int = 2000) -> Sequence[Array]:
