@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from bisect import bisect
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
 
@@ -119,11 +120,12 @@ class Shape:
         order = np.minimum(order, 1 - order)
         gap = np.diff(self.lines, prepend=-np.inf, append=np.inf)
         step = np.minimum(gap[:-1], gap[1:])[worth] / tooth_frequency
-        chosen: list[float] = []
+        chosen: list[float] = []  # ascending
         close = np.argsort(step)  # those that stand close first; others only where none of these is near
         for one, apart in zip(order[close].tolist(), (_CLOSE * step[close]).tolist(), strict=True):
-            if all(abs(one - other) >= apart for other in chosen):
-                chosen.append(one)
+            at = bisect(chosen, one)
+            if all(abs(one - other) >= apart for other in chosen[max(at - 1, 0) : at + 1]):
+                chosen.insert(at, one)
         nu = np.concatenate([chosen, np.linspace(0.04, 0.46, 12), [1e-3, 0.01, 0.49, 0.499]])
         nu = np.unique(np.round(nu, 7))
         nu = nu[(nu >= 1e-4) & (nu < 0.5 - 1e-6)]
