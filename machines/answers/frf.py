@@ -7,7 +7,7 @@ from collections import Counter
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, TypeAlias
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 
@@ -19,8 +19,6 @@ from jointlib.shown.pictures import axes_of
 from jointlib.shown.progress import Progress, Silent
 from jointlib.shown.result import Columns, Shown
 
-from ..compare.comparison import Comparison
-from ..compare.over_measured import over_measured
 from ..files.opened import machine_of
 from ..forced_response.each_drive import peak_rows, responses
 from ..forced_response.response import Response
@@ -29,10 +27,11 @@ from ..forced_response.tool_peaks import tool_peaks
 from ..model.machine import Machine
 from ..road.open_joints import with_joints
 from ..uncertainty.drawn_machines import refuse_certain, refuse_too_many
-from ..uncertainty.lobe_bands import SHARES
-from ..uncertainty.response_band import response_band
 from .told.frf_files import draw, write_bands, write_receptances
 from .told.frf_told import contact_lines, measured_lines, tool_lines
+
+if TYPE_CHECKING:
+    from ..compare.comparison import Comparison
 
 Harmonics: TypeAlias = int | str | tuple[int, ...]
 _EACH = 5000.0
@@ -154,7 +153,7 @@ def frf(
     if samples:
         further["band"] = _band_of(model, results[0], points, samples, _harmonics(harmonics or "1"), during)
     axes = {dof: axis for axis, dof in model.tool.items()}
-    laid, told = over_measured(model, (*model.compare, *files_of(measured)))
+    laid, told = _laid_over(model, (*model.compare, *files_of(measured)))
     further |= told
     if target is None:
         written = []
@@ -179,10 +178,22 @@ def frf(
     return ForcedResponses(model, tuple(results), tuple(laid), data, tuple(lines), tuple(written))
 
 
+def _laid_over(model: Machine, files: Sequence[Path]) -> tuple[list[Comparison], dict[str, Any]]:
+    """Measured frequency responses against the machine, and what is told of them as JSON."""
+    if not files:
+        return [], {}
+    from ..compare.over_measured import over_measured
+
+    return over_measured(model, files)
+
+
 def _band_of(
     model: Machine, result: Response, points: int, samples: int, harmonics: Harmonics, progress: Progress
 ) -> dict[str, Any]:
     """|G| (m/N) at 2.5, 50 and 97.5 % of the samples, ``size`` [force][share][line][output], on even lines (Hz)."""
+    from ..uncertainty.lobe_bands import SHARES
+    from ..uncertainty.response_band import response_band
+
     known = result.frfs[0].frequency
     lines = np.linspace(known[0], known[-1], points)
     begun = time.perf_counter()

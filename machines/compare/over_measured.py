@@ -16,8 +16,6 @@ _SPEEDS = 40
 
 def over_measured(machine: Machine, files: Sequence[Path]) -> tuple[list[Comparison], dict[str, Any]]:
     """Measured frequency responses against the machine, and what is told of them as JSON: ``measured``, ``depth``."""
-    if not files:
-        return [], {}
     laid = [comparison for file in files for comparison in compared(machine, file)]
     data: dict[str, Any] = {
         "measured": [

@@ -46,10 +46,10 @@ def contact_lines(results: Sequence[Response]) -> list[str]:
 
 def measured_lines(laid: Sequence[Comparison], data: Mapping[str, Any]) -> list[str]:
     """A sentence for each record, what it does to the depth of cut, and the resonances as a table."""
-    from ...report.comparison_section import HEADER, comparison_rows
-
     if not laid:
         return []
+    from ...report.comparison_section import HEADER, comparison_rows
+
     said = [c.sentence() for c in laid] + ([data["depth"]["sentence"]] if data.get("depth") else [])
     said += [f"warning: {warning}" for warning in dict.fromkeys(w for c in laid for w in c.warnings)]
     return [*table(HEADER, comparison_rows(laid)), *said]
