@@ -74,8 +74,8 @@ def page(rows: Sequence[Row]) -> str:
     return "\n".join([*lines, "", MISSED]) + "\n"
 
 
-MISSED = """What is missed: the mass of the third triple at 40 dB, where noise could hide the 3 % that tell a name from an
-imitation; drift and cubic spring are named, and the sentence says that a mass or a sensor is wrong."""
+MISSED = """What is missed: the mass of the third triple at 40 dB, where noise could hide the 3 % that tell a name from
+an imitation; drift and cubic spring are named, and the sentence says that a mass or a sensor is wrong."""
 TEXT = """Rigs as above, driven by the multisine, with two and three effects of even weight in the records, at 60 and
 40 dB; {runs} traces with those of each effect alone, seeds 0 to {last}. Named means that the verdict is `identified` or
 `ambiguous` and that all that is hidden is among the terms or their rivals. Written by

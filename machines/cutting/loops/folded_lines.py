@@ -13,7 +13,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import numpy as np
-from scipy.linalg.lapack import zgetrf, zgetrs
+import scipy
 
 from jointlib.arrays import Array, ComplexArray
 
@@ -33,11 +33,11 @@ Step = Callable[[ComplexArray], ComplexArray]
 
 def strong_step(among: ComplexArray, strong: Mask) -> Step:
     """F → what 1 − κ·A makes it of, on the strong lines, whose 1 − κ·A is ``among``; the weak ones as they are."""
-    factors, pivots, _ = zgetrf(among)
+    factors, pivots, _ = scipy.linalg.lapack.zgetrf(among)
 
     def step(left: ComplexArray) -> ComplexArray:
         solved = left.copy()
-        solved[strong] = zgetrs(factors, pivots, left[strong])[0]
+        solved[strong] = scipy.linalg.lapack.zgetrs(factors, pivots, left[strong])[0]
         return solved
 
     return step
