@@ -168,7 +168,7 @@ def _of_all_lines(whole: IteratedLoop, found: list[Crossing]) -> list[Crossing]:
     far = any(not at.kind or abs(at.depth / one.depth - 1) >= SAME for one, at in zip(found, settled, strict=True))
     if far or any(_alike(*two) for two in combinations(settled, 2)):
         return []
-    lowest = min(one.depth for one in settled)
+    lowest = min((one.depth for one in settled), default=0.0)
     return sorted((one for one in settled if one.depth <= (1 + SAME) * lowest), key=lambda one: one.depth)
 
 
