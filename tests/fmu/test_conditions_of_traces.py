@@ -47,9 +47,9 @@ def runs_of(folder: Path, voltages: Sequence[Array]) -> tuple[Run, ...]:
     return prepared(file)
 
 
-def stepped(law: JointLaw, m: Modulation, run: Run) -> Array:
+def stepped(law: JointLaw, run: Run, *modulations: Modulation) -> Array:
     """The force as an FMU has it, step by step; laws that remember are stepped as sparsely as the trace does."""
-    under = UnderConditions(Joint((law,), modulations=(m,)))
+    under = UnderConditions(Joint((law,), modulations=modulations))
     path = run.stepped() if law.states else run.path
     z, v = path.displacement, path.velocity
     u = run.inputs["voltage"][:: run.preparation.step if law.states else 1]
@@ -69,7 +69,7 @@ def test_without_memory_a_trace_and_an_fmu_have_one_rule(law: JointLaw, role: Ro
     u = 1.5 + 2.0 * np.sin(2 * np.pi * 0.8 * np.arange(round(2 * RATE)) / RATE)
     runs, m = runs_of(tmp_path, [u]), Modulation(role, "voltage", 1.0, TABLE)
     told = Followed(runs).force(law, (m,))
-    expected = kept(runs, [stepped(law, m, run) for run in runs])
+    expected = kept(runs, [stepped(law, run, m) for run in runs])
     assert np.max(np.abs(told - expected)) <= 1e-12 * np.max(np.abs(expected))
 
 
@@ -92,7 +92,19 @@ def test_with_memory_as_well(law: JointLaw, role: Role, second: bool, tmp_path: 
     u = [1.5 + 2.0 * np.sin(2 * np.pi * 0.8 * t), np.where(t[:3000] < 0.7, 0.3, 2.4)][: 2 if second else 1]
     runs, m = runs_of(tmp_path, u), Modulation(role, "voltage", 1.0, TABLE)
     told = Followed(runs).force(law, (m,))
-    expected = kept(runs, [stepped(law, m, run) for run in runs])
+    expected = kept(runs, [stepped(law, run, m) for run in runs])
+    assert np.max(np.abs(told - expected)) <= 1e-9 * np.max(np.abs(expected))
+
+
+@pytest.mark.parametrize("law", [Jenkins(4e6, 20.0), Iwan((2e6, 2e6), (8.0, 16.0))], ids=lambda law: str(law.kind))
+def test_two_that_act_on_one_role_multiply(law: JointLaw, tmp_path: Path) -> None:
+    u = 1.5 + 1.4 * np.sin(2 * np.pi * 0.8 * np.arange(round(2 * RATE)) / RATE)
+    runs = runs_of(tmp_path, [u])
+    both = [
+        Modulation(Role.SLIP_FORCE, "voltage", 1.0, table) for table in (TABLE, ((0.0, 1.2), (1.0, 1.0), (3.0, 0.7)))
+    ]
+    told = Followed(runs).force(law, tuple(both))
+    expected = kept(runs, [stepped(law, runs[0], *both)])
     assert np.max(np.abs(told - expected)) <= 1e-9 * np.max(np.abs(expected))
 
 

@@ -161,8 +161,8 @@ def _scaled(law: JointLaw, factors: Sequence[tuple[Role, Array]]) -> JointLaw:
             if p.role is role and not p.table:
                 known = np.asarray(moved.get(p.name, getattr(law, p.name)))
                 bare = p.above + _TINY * float(np.max(np.abs(known))) if np.isfinite(p.above) else -np.inf
-                # Of a list each entry by itself.
-                known = known.reshape(known.shape + (1,) * factor.ndim) if p.listed else known
+                if p.listed and known.ndim == 1:  # Each entry by itself.
+                    known = known.reshape(-1, *(1,) * factor.ndim)
                 new = np.maximum(known * factor, max(p.lower, bare))
                 moved[p.name] = tuple(new) if p.listed else new if np.ndim(new) else float(new)
     return replace(law, **moved) if moved else law  # type: ignore[type-var]
