@@ -168,11 +168,7 @@ def _exchanged(start: Fitted, field: Sequence[Contestant], terms: list[Term]) ->
     """
     shown = {r.label for t in terms for r in t.round.rows if r.score.z > WORTH_REFINING}
     strong = [c for c in field if c.label in shown]
-    last = terms[-1].round
-    if len(last.rows) == 1:  # It was added anew, against nothing but itself.
-        last = contest(terms[-2].fitted, strong)
-    if last.winner is not None and last.winner.label == terms[-1].row.label:
-        terms = [*terms[:-1], replace(terms[-1], beside=last)]
+    terms = _with_last_beside(terms, strong)
     for i in range(len(terms) - 1):
         others = _rebuilt(start, strong, [t.row for j, t in enumerate(terms) if j != i])
         if others is None:
@@ -192,20 +188,35 @@ def _exchanged(start: Fitted, field: Sequence[Contestant], terms: list[Term]) ->
             terms[-1] = replace(terms[-1], fitted=other)
             continue
         rows = sorted([*(t.row for t in others), again.winner], key=lambda r: -r.score.gain)
-        return _rebuilt(start, strong, rows, first_among=field) or terms
+        anew = _rebuilt(start, strong, rows, first_among=field)
+        return terms if anew is None else _with_last_beside(anew, strong)
     return terms
+
+
+def _with_last_beside(terms: list[Term], strong: Sequence[Contestant]) -> list[Term]:
+    """Terms of which the last keeps the contest beside all others, if it wins there or ties with the winner.
+
+    The mass of one of two bodies that move together ties with that of the other.
+    """
+    last, label = terms[-1].round, terms[-1].row.label
+    if len(last.rows) == 1:  # It was added anew, against nothing but itself.
+        last = contest(terms[-2].fitted, strong)
+    if last.winner is not None and label in {r.label for r in last.rivals}:
+        last = contest(terms[-2].fitted, strong, chosen=label)
+    if last.winner is None or last.winner.label != label:
+        return terms
+    return [*terms[:-1], replace(terms[-1], beside=last)]
 
 
 def _rebuilt(
     start: Fitted, field: Sequence[Contestant], rows: Sequence[Row], first_among: Sequence[Contestant] = ()
 ) -> list[Term] | None:
-    """Terms added anew in a given order; those to be told are judged among others, which shows their rivals: the first
-    among a whole field."""
+    """Terms added anew in a given order; the first may be judged among a whole field, which shows its rivals."""
     terms: list[Term] = []
     for row in rows:
         here = terms[-1].fitted if terms else start
         own = [c for c in field if c.label == row.label]
-        round_ = contest(here, own if not first_among else field if terms else first_among, chosen=row.label)
+        round_ = contest(here, own if terms or not first_among else first_among, chosen=row.label)
         bigger = None if round_.winner is None else grown(here, round_.winner)
         if round_.winner is None or bigger is None:
             return None
