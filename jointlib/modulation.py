@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 import scipy
 
 from jointlib.arrays import Array
 from jointlib.errors import InputError, nearest
-from jointlib.parameter import Role
+from jointlib.law import JointLaw
+from jointlib.parameter import Role, parameters_of
 
 CONDITIONS: Mapping[str, str] = {
     "time": "s",
@@ -24,6 +26,10 @@ CONDITIONS: Mapping[str, str] = {
 }
 """What a factor can depend on, in SI; the speed of a spindle in rpm."""
 
+_ALIKE = ("voltage", "current", "temperature", "position", "time")
+CONDITION_OF = {**{quantity: quantity for quantity in _ALIKE}, "force": "preload", "velocity": "speed"}
+"""What an input of a record is, by the quantity of its channel."""
+
 INPUTS = ("voltage", "current", "temperature")
 """Of these, what a channel measures that is neither force nor motion: parameters may follow it."""
 
@@ -32,6 +38,8 @@ _BELOW_ZERO = -0.15
 """A factor that a fit puts below this is not physical; between here and zero it counts as zero."""
 _BENT = 0.1
 """Of the span of the factors, by which a fitted table may miss being monotone."""
+_TINY = 1e-6
+"""Of a parameter that may not be zero: what it is where its factor is zero."""
 
 
 @dataclass(frozen=True)
@@ -208,3 +216,24 @@ def stepped(m: Modulation, step: Array) -> Modulation | None:
         ):
             return None
     return replace(m, table=tuple(zip(at.tolist(), even.tolist(), strict=True)))
+
+
+def acting(law: JointLaw, modulations: Iterable[Modulation]) -> tuple[Modulation, ...]:
+    """Those by which a parameter of the law moves."""
+    roles = {p.role for p in parameters_of(law)}
+    return tuple(m for m in modulations if m.role in roles)
+
+
+def scaled(law: JointLaw, factors: Sequence[tuple[Role, Array]]) -> JointLaw:
+    """A law with the parameters of some roles times factors, which may be arrays."""
+    moved: dict[str, Any] = {}
+    for p in parameters_of(law):
+        for role, factor in factors:
+            if p.role is role and not p.table:
+                known = np.asarray(moved.get(p.name, getattr(law, p.name)))
+                bare = p.above + _TINY * float(np.max(np.abs(known))) if np.isfinite(p.above) else -np.inf
+                if p.listed and known.ndim == 1:  # Each entry by itself.
+                    known = known.reshape(-1, *(1,) * factor.ndim)
+                new = np.maximum(known * factor, max(p.lower, bare))
+                moved[p.name] = tuple(new) if p.listed else new if np.ndim(new) else float(new)
+    return replace(law, **moved) if moved else law  # type: ignore[type-var]

@@ -8,6 +8,7 @@ from itertools import product
 
 import effects
 import faults
+import followed
 import foreign
 from effects import Maker
 
@@ -90,7 +91,14 @@ TRIPLES = (
     "quadratic+quadratic-damping+delay-force",
     "cubic+missing-mass+stiffness-drift",
 )
-MAKERS = CATALOGUE | HELD | OUTSIDE | EMPTY | LOUD | EXACT
+FOLLOWED: dict[str, Maker] = {
+    "stiffness-by-temperature": followed.stiffness_by_temperature,
+    "saturating-stiffness": followed.saturating_stiffness,
+    "damping-by-temperature": followed.damping_by_temperature,
+    "warming-stiffness": followed.warming_stiffness,
+    "idle-temperature": followed.idle_temperature,
+}
+MAKERS = CATALOGUE | FOLLOWED | HELD | OUTSIDE | EMPTY | LOUD | EXACT
 SIGNALS, DECIBELS, SEEDS = ("MS", "AM"), (60.0, 40.0, 30.0), range(5)
 
 

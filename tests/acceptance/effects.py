@@ -57,6 +57,8 @@ class Injected:
     """Natural frequency in Hz, damping ratio, size relative to the acceleration of body 2."""
     distortion: float = 0.0
     """Third-order distortion of the exciter, a share of its peak force."""
+    inputs: Mapping[str, Array] = field(default_factory=dict)
+    """What is logged beside the channels, by quantity, (records and the quiet one, samples), SI."""
     louder: Mapping[str, tuple[float, float]] = field(default_factory=dict)
     """Noise by channel that grows with the drive: at its highest level over that at rest, and its colour."""
     memory: bool = False

@@ -136,6 +136,7 @@ def combined(parts: list[Injected]) -> Injected:
         rig=next((p.rig for p in parts if p.rig), None),
         sensors=tuple(s for p in parts for s in p.sensors),
         rocking=next((p.rocking for p in parts if p.rocking), None),
+        inputs={q: x for p in parts for q, x in p.inputs.items()},
         louder={c: noise for p in parts for c, noise in p.louder.items()},
         memory=any(p.memory for p in parts),
         whole_record=any(p.whole_record for p in parts),
@@ -216,6 +217,7 @@ rail = 1.1
 block = 1.1
 """
 CHANNEL = '[[channel]]\nname = "{name}"\nquantity = "{quantity}"\nunit = "{unit}"\n'
+INPUT = {"temperature": "K"}
 LINEAR = 'kind = "linear"\nstiffness = 5.9e8\n'
 GUIDE = f'kind = "hertz-guide"\npreload = {PRELOAD}\nkappa = {1.05 * KAPPA}\nfixed = ["preload", "contact_angle"]\n'
 
@@ -234,6 +236,9 @@ def write(test: Simulated, folder: Path, decibel: float, name: str, seed: int) -
     for c in shown:
         quantity, unit = ("acceleration", "m/s^2") if c in body else ("force", "N") if c == "P" else ("position", "m")
         text += CHANNEL.format(name=c, quantity=quantity, unit=unit) + (f'body = "{body[c]}"\n' if c in body else "")
+    for quantity, x in test.truth.inputs.items():
+        shown[quantity] = x
+        text += CHANNEL.format(name=quantity, quantity=quantity, unit=INPUT[quantity]) + "input = true\n"
     for r in range(len(LEVELS) + 1):
         role = "quiet" if r == len(LEVELS) else "sealed" if r == len(LEVELS) - 1 else "fit"
         np.savez(folder / f"r{r}.npz", allow_pickle=False, **{c: x[r] for c, x in shown.items()})

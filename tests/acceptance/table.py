@@ -59,7 +59,8 @@ def without(families: Sequence[str]) -> Callable[[str], Installed]:
 def run(cell: Cell) -> Row:
     """Simulate, trace, and keep what the table needs."""
     try:
-        test, simulating = _simulated(cell.effect, cell.signal, cell.seed, cell.size, cell.group in ("two", "three"))
+        even = cell.group in ("two", "three") or (cell.group == "followed" and "+" in cell.effect)
+        test, simulating = _simulated(cell.effect, cell.signal, cell.seed, cell.size, even)
     except NoMotion as error:
         nobody: Row = {"truth": [], "site": "", "values": {}, "verdict": "error", "error": str(error)}
         return {"name": cell.name, **cell.row(), **nobody}

@@ -31,8 +31,8 @@ def candidate(family: str, parameters: dict[str, Estimate], channel: str | None 
 def test_a_rig_is_told_all_that_entered_its_files_with_sizes() -> None:
     friction = candidate("coulomb", {"coulomb.slip_force": Estimate(12.0, "N", 0.1, (11.8, 12.2))})
     late = candidate("delay", {"delay.delay": Estimate(3.1e-6, "s", 1e-7, (2.9e-6, 3.3e-6))}, "a2")
-    alone = verdict.sentence(Verdict.IDENTIFIED, friction, (), (), BEFORE, AFTER, FOUND)
-    both = verdict.sentence(Verdict.IDENTIFIED, friction, (late,), (), BEFORE, AFTER, FOUND)
+    alone = verdict.sentence(Verdict.IDENTIFIED, friction, (), (), BEFORE, AFTER, FOUND, Joint())
+    both = verdict.sentence(Verdict.IDENTIFIED, friction, (late,), (), BEFORE, AFTER, FOUND, Joint())
     assert "beside it" not in alone
     assert "slip force 12.0" in both
     assert "a2" in both

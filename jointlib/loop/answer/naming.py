@@ -6,7 +6,10 @@ from typing import TypeAlias
 
 from jointlib.effect import JointEffect
 from jointlib.fault import Fault
+from jointlib.joint import Joint
 from jointlib.loop.answer.catalogue import catalogue
+from jointlib.loop.answer.following import Following, changes_in_words, following_in_words
+from jointlib.loop.answer.report import Candidate, figures
 from jointlib.path_fault import PathFault
 
 Effect: TypeAlias = JointEffect | Fault | PathFault
@@ -20,6 +23,8 @@ NEAREST_FROM = 0.5
 
 def in_words(family: str, where: str = "", member: str = "") -> str:
     """A family as its effect (that of ``member`` first) says it in a sentence; its own name where it says nothing."""
+    if family == Following.family:
+        return following_in_words(member)
     known = catalogue()
     everything: tuple[Effect, ...] = (*known.joint, *known.rig, *known.path)
     own = [e for e in everything if e.family == family and e.words]
@@ -30,11 +35,19 @@ def in_words(family: str, where: str = "", member: str = "") -> str:
     return f"{words} at {where}"
 
 
+def with_sizes(c: Candidate, joint: Joint) -> str:
+    """An effect in a sentence with its parameters; of a modulation of the joint what it changes at each input."""
+    sizes = changes_in_words(c.parameters, joint) or figures(c.parameters)
+    return f"{in_words(c.family, c.where, c.member)}: {sizes}".rstrip(": ")
+
+
 def is_of_joint(family: str) -> bool:
     """Whether a family is an effect of the joint; else it sits in the sensors, the masses or the rig."""
     known = catalogue()
-    return any(e.family == family for e in known.joint) or any(
-        e.family == family and e.on == "joint" for e in known.rig
+    return (
+        family == Following.family
+        or any(e.family == family for e in known.joint)
+        or any(e.family == family and e.on == "joint" for e in known.rig)
     )
 
 

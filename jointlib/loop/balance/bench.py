@@ -14,6 +14,7 @@ from jointlib.joint import Joint
 from jointlib.loop.balance.bodies import Rig
 from jointlib.loop.balance.equations import Observed
 from jointlib.loop.balance.floor import Floor
+from jointlib.loop.balance.inputs import NO_INPUTS, Inputs
 from jointlib.loop.balance.rig_view import RigView
 from jointlib.loop.balance.spectra import Spectra
 from jointlib.loop.balance.unseen import passed_on, unseen_motion
@@ -33,6 +34,7 @@ class Raw:
     """Samples of run-in that were dropped before it."""
     feed: Array | None = None
     """Feed position in m, where a channel measures it."""
+    inputs: Inputs = NO_INPUTS
     _seen: dict[Hashable, Observed] = field(default_factory=dict, compare=False)
     """The record under recent corrections, so that forces of laws along it are computed once."""
 
@@ -51,7 +53,8 @@ class Raw:
         for f in acting:
             if f.fault.on == "body":
                 rig = rig.added(f.site, **f.of(record))
-        bare = Observed(_undone(self, rig, acting, record), rig, self.floor, self.band, 0.0, 0.0)
+        spectra = _undone(self, rig, acting, record)
+        bare = Observed(spectra, rig, self.floor, self.band, 0.0, 0.0, inputs=self.inputs)
         if not (bare.kept & bare.on_period).any():
             raise InputError(f"{self.spectra.name}: the relative motion drowns in noise on every line")
         return bare
@@ -97,14 +100,16 @@ def observe(raw: Raw, joint: Joint, found: Sequence[Found] = (), record: int = 0
     """
     bare = raw.under(found, record)
 
+    here = raw.inputs.at(joint)
+
     def seen_with_joint() -> Observed:
-        k, c = bare.linear_part(bare.model_force(joint))
-        unseen = unseen_motion(bare, joint)
+        k, c = bare.linear_part(bare.model_force(here))
+        unseen = unseen_motion(bare, here)
         along = bare._forces if unseen is None else {}
         whole = replace(bare, stiffness=k, damping=c, unseen=unseen, _forces=along)
-        return replace(whole, passed_on=passed_on(whole, joint))
+        return replace(whole, passed_on=passed_on(whole, here))
 
-    seen = raw.remembered((raw.key(found, record), joint.laws), seen_with_joint)
+    seen = raw.remembered((raw.key(found, record), here.laws), seen_with_joint)
     modulated = [f for f in found if f.fault.on == "joint"]
     if not modulated:
         return seen
@@ -112,6 +117,19 @@ def observe(raw: Raw, joint: Joint, found: Sequence[Found] = (), record: int = 0
     parts = [f.coefficients[record] @ columns_in(view, f)[..., 2] for f in modulated]
     extra: ComplexArray = np.sum(parts, axis=0)
     return replace(seen, extra=extra)
+
+
+def parameter_errors(f: Found, covariance: Array) -> dict[str, float]:
+    """Standard errors of the physical parameters from the covariance of the coefficients; none for shapes."""
+    known = f.parameters[0]
+    slopes = {n: np.zeros(len(covariance)) for n in known}
+    for i, variance in enumerate(np.diag(covariance)):
+        h = 0.1 * float(np.sqrt(max(variance, 1e-300)))
+        step = f.fault.correction(h * np.eye(len(covariance))[i], f.shape)
+        moved = known if step is None else f.fault.combined(known, step)
+        for n in known:
+            slopes[n][i] = (moved[n] - known[n]) / h
+    return {n: float(np.sqrt(s @ covariance @ s)) for n, s in slopes.items() if np.any(s)}
 
 
 def columns_in(view: RigView, f: Found) -> ComplexArray:

@@ -55,6 +55,7 @@ def steady_motion(o: Observed, joint: Joint) -> tuple[Array, Array] | None:
     Z = (P/m1 − N/μ)/(D/μ − ω²), 1/μ = 1/m1 + 1/(m2 + m3). Solved from the measured motion; the mean of z is the one
     at which the mean force vanishes, as nothing holds the rig.
     """
+    joint = o.inputs.at(joint)
     n = OVERSAMPLING * o.spectra.period_samples
     step = 1 / (OVERSAMPLING * o.spectra.sample_rate)
     omega: Array = np.asarray(2 * np.pi * np.fft.rfftfreq(n, step), dtype=float)

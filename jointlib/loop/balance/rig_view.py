@@ -52,7 +52,7 @@ class RigView:
     @cached_property
     def displacement(self) -> Array:
         o = self.observed
-        return self._in_time(np.where(o.on_period, o.lines_of(o.path[0]), o.Z))
+        return self.observed.in_time(np.where(o.on_period, o.lines_of(o.path[0]), o.Z))
 
     @cached_property
     def open_ends(self) -> ComplexArray:
@@ -92,8 +92,8 @@ class RigView:
         masses = self.observed.apparent_masses
         passive = sum(m * self._mean_and_period(a) for a, m in masses.items() if a != "a1")
         if channel == "P":
-            return self._in_time(masses["a1"] * self._mean_and_period("a1") + passive)
-        return self._in_time((self._mean_and_period("P") - passive) / masses["a1"])
+            return self.observed.in_time(masses["a1"] * self._mean_and_period("a1") + passive)
+        return self.observed.in_time((self._mean_and_period("P") - passive) / masses["a1"])
 
     def lines_of(self, signal: Array) -> ComplexArray:
         return np.asarray(np.fft.rfft(signal, axis=-1)[..., self.observed.lines])
@@ -120,10 +120,4 @@ class RigView:
 
     def _repeated(self, X: ComplexArray) -> Array:
         """Period lines of a spectrum along time, without the mean."""
-        return self._in_time(np.where(self.on_period, X, 0))
-
-    def _in_time(self, X: ComplexArray) -> Array:
-        spectra = self.observed.spectra
-        whole = np.zeros(spectra.samples // 2 + 1, dtype=complex)
-        whole[self.observed.lines] = X
-        return np.asarray(np.fft.irfft(whole, spectra.samples))
+        return self.observed.in_time(np.where(self.on_period, X, 0))

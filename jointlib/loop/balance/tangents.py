@@ -9,15 +9,18 @@ import numpy as np
 from jointlib.arrays import ComplexArray
 from jointlib.errors import InputError
 from jointlib.joint import Joint
+from jointlib.law import JointLaw
 from jointlib.loop.answer.refit import bounds_of
-from jointlib.loop.balance.equations import Observed, forces_of_law, periodic_forces
+from jointlib.loop.balance.equations import Observed, forces_of_law, periodic_forces, under_inputs
+from jointlib.modulation import Modulation, acting, is_fitted, names_of, scaled
 
 _STEP = 1e-4
 _OF_RANGE = 0.01
+_OF_FACTOR = 1e-3
 
 
 def tangents(records: Sequence[Observed], joint: Joint, names: Sequence[str]) -> dict[str, list[ComplexArray]]:
-    """∂f/∂θ of each named parameter on the lines of each record.
+    """∂f/∂θ of each named parameter, and of coefficients of modulations, on the lines of each record.
 
     Central differences for laws without memory; a law with memory is stepped once for all its parameters, each moved
     to one side. What does not repeat counts where z is more than noise: noise in a column would multiply the same noise
@@ -29,13 +32,38 @@ def tangents(records: Sequence[Observed], joint: Joint, names: Sequence[str]) ->
         slopes = _together(records, joint, part, own) if law.states and own else None
         for i, name in enumerate(own):
             out[name] = [s[i] for s in slopes] if slopes is not None else _central(records, joint, name)
+    for m in joint.modulations:
+        if is_fitted(m) and any(n in names for n in names_of(m)):
+            each = followed_slopes(records, joint, m)
+            out |= {n: [slope[i] for slope in each] for i, n in enumerate(names_of(m))}
     return out
+
+
+def followed_slopes(records: Sequence[Observed], joint: Joint, modulation: Modulation) -> list[ComplexArray]:
+    """∂f/∂c of the coefficients of one of the joint's modulations, (coefficient, lines) of each record.
+
+    f(θ φ(u)) moves by ∂f/∂ln θ · (∂φ/∂c)/φ; the first by central differences of the parameters of the role.
+    """
+    slopes = [np.zeros(len(o.frequency), dtype=complex) for o in records]
+    for law in joint.laws:
+        if acting(law, (modulation,)):
+            more, less = (
+                forces_of_law(records, scaled(law, [(modulation.role, np.asarray(f))]), joint.modulations)
+                for f in (1 + _OF_FACTOR, 1 - _OF_FACTOR)
+            )
+            slopes = [s + (F - G) / (2 * _OF_FACTOR) for s, F, G in zip(slopes, more, less, strict=True)]
+    return [o.times(s, o.inputs.moves(modulation)) for o, s in zip(records, slopes, strict=True)]
 
 
 def _together(records: Sequence[Observed], joint: Joint, part: str, names: Sequence[str]) -> list[ComplexArray] | None:
     """One-sided differences of all parameters of one law with memory, (names, lines) of each record."""
     at = {n: v for n, v in joint.parameters.items() if n.split(".", 1)[0] == part}
     index = joint.part_names.index(part)
+
+    def each_stepped(some: Sequence[Observed], law: JointLaw) -> list[ComplexArray]:
+        forces = periodic_forces(some, law, len(names))
+        return [np.stack([o.with_stray(f) for f in F]) for o, F in zip(some, forces, strict=True)]
+
     for sign in (1.0, -1.0):
         steps = {n: sign * _STEP * abs(at[n]) for n in names}
         if not all(steps.values()):
@@ -45,11 +73,10 @@ def _together(records: Sequence[Observed], joint: Joint, part: str, names: Seque
             law = joint.with_parameters(moved).laws[index]  # type: ignore[arg-type]
         except InputError:
             continue
-        here = forces_of_law(records, joint.laws[index])
-        there = periodic_forces(records, law, len(names))
+        here = forces_of_law(records, joint.laws[index], joint.modulations)
+        there = under_inputs(records, law, joint.modulations, each_stepped)
         h = np.array([[steps[n]] for n in names])
-        moved_by = [np.stack([o.with_stray(f) for f in F]) for o, F in zip(records, there, strict=True)]
-        return [(F - F0) / h for F, F0 in zip(moved_by, here, strict=True)]
+        return [(F - F0) / h for F, F0 in zip(there, here, strict=True)]
     return None
 
 
@@ -67,7 +94,7 @@ def _central(records: Sequence[Observed], joint: Joint, name: str) -> list[Compl
     (above, high), (below, low) = ends
     if high == low:
         return [np.zeros(len(o.frequency), dtype=complex) for o in records]
-    up, down = forces_of_law(records, above), forces_of_law(records, below)
+    up, down = (forces_of_law(records, law, joint.modulations) for law in (above, below))
     return [(F - G) / (high - low) for F, G in zip(up, down, strict=True)]
 
 

@@ -8,14 +8,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from jointlib.arrays import Array, ComplexArray
-from jointlib.effect import JointEffect, Path, Scale
+from jointlib.arrays import Array
+from jointlib.effect import JointEffect, Scale
 from jointlib.errors import InputError
 from jointlib.fault import Fault, Shape
 from jointlib.joint import Joint
 from jointlib.loop.answer.report import Estimate
 from jointlib.loop.balance.bench import Found, label_of, view_of
-from jointlib.loop.balance.equations import Observed, periodic_forces
+from jointlib.loop.contest.features import features
 from jointlib.loop.contest.fitted import Fitted, columns_of, fault_block, fault_parts, fit, free_parameters
 from jointlib.loop.contest.trial import Trial, trial, trial_of_its_own
 
@@ -252,39 +252,6 @@ def moved_by(effect: JointEffect, coefficients: Array, shape: Shape, joint: Join
         if other is not None and other.parameters.keys() == here.keys():
             moved |= {n for n, v in other.parameters.items() if v != here[n]}
     return tuple(n for n in here if n in moved)
-
-
-def features(
-    records: Sequence[Observed], effect: JointEffect, shapes: Sequence[Shape], joint: Joint
-) -> list[list[ComplexArray]]:
-    """For each shape the force of an effect with each coefficient 1 on the lines of each record, (q, lines).
-
-    An effect without memory is a function of the path. One with memory is stepped to its periodic steady state, all
-    shapes at once where the law takes columns of parameters; what does not repeat moves it through its linear part.
-    """
-    z, v, step = records[0].path
-    count = len(effect.columns(Path(z[:8], v[:8], step), shapes[0], joint))
-    first = [_added(effect, e, shapes[0], joint) for e in np.eye(count)]
-    if any(u is None for u in first) or not any(u.states for u in first if u is not None):
-        return [[o.force_along(lambda *p, s=s: effect.columns(Path(*p), s, joint)) for o in records] for s in shapes]
-    together = {n: np.array([[s[n]] for s in shapes]) for n in shapes[0]}
-    rows = []
-    for e in np.eye(count):
-        unit = _added(effect, e, together, joint)  # type: ignore[arg-type]
-        laws = unit.laws if unit is not None else ()
-        rows.append([periodic_forces(records, law, len(shapes)) for law in laws])
-    return [
-        [np.array([o.with_stray(sum(law[i][k] for law in row)) for row in rows]) for i, o in enumerate(records)]
-        for k in range(len(shapes))
-    ]
-
-
-def _added(effect: JointEffect, unit: Array, shape: Shape, joint: Joint) -> Joint | None:
-    """The laws that a unit coefficient adds, where the effect only adds."""
-    mended = effect.apply(unit, shape, joint)
-    if mended is None or mended.laws[: len(joint.laws)] != joint.laws:
-        return None
-    return Joint(mended.laws[len(joint.laws) :])
 
 
 def contestants(effects: Sequence[JointEffect], faults: Sequence[Fault], fitted: Fitted) -> tuple[Contestant, ...]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Hashable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
 
@@ -13,14 +13,15 @@ from jointlib.arrays import Array, ComplexArray
 from jointlib.errors import InputError
 from jointlib.joint import Covariance, Joint
 from jointlib.loop.answer.refit import bounds_of
-from jointlib.loop.balance.bench import Found, Raw, columns_in, observe, view_of
+from jointlib.loop.balance.bench import Found, Raw, columns_in, observe, parameter_errors, view_of
 from jointlib.loop.balance.equations import Observed
 from jointlib.loop.balance.excess import localisation
 from jointlib.loop.balance.layout import Layout
 from jointlib.loop.balance.rig_view import RigView
 from jointlib.loop.balance.tangents import tangents
-from jointlib.loop.contest.model import Model
+from jointlib.loop.contest.model import Model, least_squares
 from jointlib.loop.contest.trial import Trial
+from jointlib.modulation import is_fitted, names_of, stepped
 from jointlib.parameter import Role, parameters_of
 
 _LINEAR_ROLES = (Role.STIFFNESS, Role.DAMPING, Role.SLIP_FORCE)
@@ -45,11 +46,15 @@ class Fitted:
     joint: Joint
     free: tuple[str, ...] = ()
     """Joint parameters that were refitted."""
+    followed: tuple[str, ...] = ()
+    """Coefficients of modulations of the joint that were refitted."""
     held: tuple[str, ...] = ()
     """Parameters that these records cannot tell from the others, held at their value."""
     found: tuple[Found, ...] = ()
     errors: tuple[Mapping[str, float], ...] = ()
     """Standard errors of the parameters of each fault that is the same in all records."""
+    followed_errors: Mapping[str, float] = field(default_factory=dict)
+    """Standard errors of the coefficients of modulations."""
     noise: Joint | None = None
     """The joint whose linear part carries the noise of z, where that is not ``joint`` itself."""
 
@@ -65,8 +70,9 @@ class Fitted:
         records = self.records
         layout = self.layout
         y = layout.row([o.whitened(self.joint) for o in records])
-        slopes = tangents(records, self.joint, self.free)
-        joint = [columns_of(records, [d[None] for d in slopes[n]]) for n in self.free]
+        names = (*self.free, *self.followed)
+        slopes = tangents(records, self.joint, names)
+        joint = [columns_of(records, [d[None] for d in slopes[n]]) for n in names]
         blocks = [*joint, *(fault_block(self.views, f) for f in self.found)]
         stacked = np.concatenate(blocks) if blocks else np.zeros((0, len(y)))
         return Model(y, stacked, layout.records, sum(int(o.valid.sum()) for o in records), layout)
@@ -108,7 +114,7 @@ class Fitted:
         own = [f for f in self.found if f.fault.per_record]
         found = {f.label: f for f in self.found}
         if own:
-            blank = Fitted(tuple(raws), self.joint, (), (), tuple(f for f in self.found if not f.fault.per_record))
+            blank = Fitted(tuple(raws), self.joint, found=tuple(f for f in self.found if not f.fault.per_record))
             views = [view_of(raw, o) for raw, o in zip(raws, records, strict=True)]
             blocks = [fault_block(views, f) for f in own]
             theta, _ = least_squares(replace(blank.model, columns=np.concatenate(blocks)))
@@ -163,14 +169,17 @@ def free_parameters(joint: Joint) -> tuple[str, ...]:
 
 
 def fit(raws: Sequence[Raw], joint: Joint, wanted: Sequence[str], found: Sequence[Found] = ()) -> Fitted:
-    """Refit joint and faults together as far as these records can tell them apart; what cannot be told is held.
+    """Refit joint, its modulations and faults together as far as these records can tell them apart; what cannot be
+    told is held.
 
     Gauss–Newton steps of everything at once, damped while they raise the loss; faults are undone exactly each time.
     It ends when a step is a small part of the standard errors.
     """
-    here = Fitted(tuple(raws), joint, (), (), tuple(found), noise=joint)
-    free, held = _independent(here.records, joint, wanted)
-    here = replace(here, free=free, held=held)
+    here = Fitted(tuple(raws), joint, found=tuple(found), noise=joint)
+    fitted = [m for m in raws[0].inputs.active(joint.modulations) if is_fitted(m)]
+    told, held = _independent(here.records, joint, [*wanted, *(n for m in fitted for n in names_of(m))])
+    free = tuple(n for n in told if n in joint.parameters)
+    here = replace(here, free=free, followed=told[len(free) :], held=held)
     if any(o.unseen is not None for o in here.records):
         here = _settled(here, _ROUGHLY)
         here = replace(here, noise=here.joint)
@@ -235,7 +244,14 @@ def _moved(here: Fitted, theta: Array) -> Fitted | None:
         joint = here.joint.with_parameters(dict(zip(here.free, moved, strict=True)))
     except InputError:
         return None
-    first, found = n, []
+    first, found = n + len(here.followed), []
+    steps = dict(zip(here.followed, theta[n:first].tolist(), strict=True))
+    if steps:
+        own = [(m, np.array([steps.get(k, 0.0) for k in names_of(m)])) for m in joint.modulations]
+        changed = [stepped(m, step) if np.any(step) else m for m, step in own]
+        if any(m is None for m in changed):
+            return None
+        joint = replace(joint, modulations=tuple(m for m in changed if m is not None))
     for f in here.found:
         sets, q = len(f.coefficients), len(f.coefficients[0])
         step = theta[first : first + sets * q].reshape(sets, q)
@@ -250,17 +266,6 @@ def _moved(here: Fitted, theta: Array) -> Fitted | None:
     return replace(here, joint=joint, found=tuple(found))
 
 
-def least_squares(model: Model, damping: float = 0.0) -> tuple[Array, Array]:
-    """Coefficients of all columns and their covariance, (Re XᴴX)⁻¹/2·max(1, χ²); XᴴX with a damped diagonal."""
-    size = np.linalg.norm(model.columns, axis=1)
-    size = np.where(size > 0, size, 1.0)
-    X = model.columns / size[:, None]
-    inverse = np.linalg.pinv(X @ X.T + damping * np.eye(len(X)), rcond=1e-13, hermitian=True)
-    theta = inverse @ (X @ model.y)
-    chi2 = max(1.0, float(np.sum((model.y - theta @ X) ** 2)) / max(1, model.entries))
-    return theta / size, inverse * chi2 / 2 / np.outer(size, size)
-
-
 def _with_errors(here: Fitted) -> Fitted:
     """Standard errors of joint and faults together: what one takes the other cannot.
 
@@ -273,23 +278,16 @@ def _with_errors(here: Fitted) -> Fitted:
     inside = (values > lower) & (values < upper) & (np.linalg.norm(here.model.columns[:n], axis=1) > 0)
     keep = np.flatnonzero(inside)
     known = Covariance(tuple(here.free[i] for i in keep), covariance[np.ix_(keep, keep)]) if len(keep) else None
-    errors, first = [], n
+    errors, first = [], n + len(here.followed)
+    of_followed = np.sqrt(np.diag(covariance)[n:first]).tolist()
     for f in here.found:
         q, sets = len(f.coefficients[0]), len(f.coefficients)
         own = covariance[first : first + q, first : first + q]
         first += q * sets
         errors.append({} if sets > 1 else parameter_errors(f, own))
-    return replace(here, joint=replace(here.joint, covariance=known), errors=tuple(errors))
-
-
-def parameter_errors(f: Found, covariance: Array) -> dict[str, float]:
-    """Standard errors of the physical parameters from the covariance of the coefficients; none for shapes."""
-    known = f.parameters[0]
-    slopes = {n: np.zeros(len(covariance)) for n in known}
-    for i, variance in enumerate(np.diag(covariance)):
-        h = 0.1 * float(np.sqrt(max(variance, 1e-300)))
-        step = f.fault.correction(h * np.eye(len(covariance))[i], f.shape)
-        moved = known if step is None else f.fault.combined(known, step)
-        for n in known:
-            slopes[n][i] = (moved[n] - known[n]) / h
-    return {n: float(np.sqrt(s @ covariance @ s)) for n, s in slopes.items() if np.any(s)}
+    return replace(
+        here,
+        joint=replace(here.joint, covariance=known),
+        errors=tuple(errors),
+        followed_errors=dict(zip(here.followed, of_followed, strict=True)),
+    )

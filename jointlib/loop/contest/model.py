@@ -145,6 +145,17 @@ def _orthonormal(rows: Array) -> Array:
     return np.ascontiguousarray(Q[:, :rank].T)
 
 
+def least_squares(model: Model, damping: float = 0.0) -> tuple[Array, Array]:
+    """Coefficients of all columns and their covariance, (Re XᴴX)⁻¹/2·max(1, χ²); XᴴX with a damped diagonal."""
+    size = np.linalg.norm(model.columns, axis=1)
+    size = np.where(size > 0, size, 1.0)
+    X = model.columns / size[:, None]
+    inverse = np.linalg.pinv(X @ X.T + damping * np.eye(len(X)), rcond=1e-13, hermitian=True)
+    theta = inverse @ (X @ model.y)
+    chi2 = max(1.0, float(np.sum((model.y - theta @ X) ** 2)) / max(1, model.entries))
+    return theta / size, inverse * chi2 / 2 / np.outer(size, size)
+
+
 def prediction_error(model: Model) -> Array:
     """y of every record left out in turn, after the model's columns were fitted to the others.
 

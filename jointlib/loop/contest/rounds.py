@@ -19,6 +19,7 @@ from jointlib.loop.contest.trial import Trial, prediction
 _REFINED = 6
 WORTH_REFINING = 2.0
 """z of a held-out gain that is more than noise."""
+WORSENS = "makes a left-out record worse"
 _FORM = 10.0
 _PROMISING = 0.3
 """Of the excess: where the best of all explains less, no further member of its family will explain half of it."""
@@ -93,7 +94,7 @@ class _Contest:
         elif len(active) < 2:
             reason = "only one record reaches it"
         elif min(active) <= 0:
-            reason = "makes a left-out record worse"
+            reason = WORSENS
         elif s.gain < self.least_gain and not self._closes_an_equation(c, s):
             reason = "less than a twentieth of the first term's gain"
         else:

@@ -12,7 +12,7 @@ from jointlib.loop.balance.excess import total_excess
 from jointlib.loop.contest.contestant import Contestant
 from jointlib.loop.contest.fitted import Fitted
 from jointlib.loop.contest.model import Model
-from jointlib.loop.contest.rounds import WORTH_REFINING, Round, Row, contest, is_outside_joint
+from jointlib.loop.contest.rounds import WORSENS, WORTH_REFINING, Round, Row, contest, is_outside_joint
 
 _MOST_TERMS = 3
 _LEAST_SHARE = 0.05
@@ -22,6 +22,9 @@ _PROMISING = 0.3
 """Of what the terms before leave: where one explains less, no set with a third will be named."""
 _MOST_LEFT = 0.5
 """Of what a first term leaves that is too little for a name: a second one of so much enters whatever its size."""
+_STRONG = 0.5
+"""Of the largest gain: how much an effect that was held back must reach for terms to begin with it."""
+_MOST_BEGINNINGS = 2
 _STARTS = (0.5, 1.0, 0.2)
 """Of its linear fit: where a second element starts from while the first still has the whole size."""
 
@@ -88,8 +91,34 @@ def grown(fitted: Fitted, row: Row) -> Fitted | None:
 
 
 def search(start: Fitted, field: Sequence[Contestant]) -> tuple[Round, tuple[Term, ...], tuple[Row, ...]]:
-    """The first round, the accepted terms (largest first) and the rows that were only too small (secondary)."""
+    """The first round, the accepted terms (largest first) and the rows that were only too small (secondary).
+
+    Where no name comes of it, terms begin with an effect that made a record left out worse while another was missing;
+    they count if each wins beside the others.
+    """
     opening = contest(start, field)
+    terms, small = _terms_from(start, field, opening)
+    if opening.model.loss - opening.model.entries > opening.model.hidden and not _is_named(start, terms):
+        for row in _held_back(opening):
+            others, _ = _terms_from(start, field, replace(opening, winner=row, rivals=()))
+            if together(start, others):
+                return opening, others, ()
+    return opening, terms, small
+
+
+def _is_named(start: Fitted, terms: Sequence[Term]) -> bool:
+    """Whether one effect explains what a name demands, or several together."""
+    return bool(terms) and (_enough_alone(start, terms) or together(start, terms))
+
+
+def _held_back(opening: Round) -> tuple[Row, ...]:
+    """The strongest that failed for no more than one record left out."""
+    most = max((r.score.gain for r in opening.rows), default=0.0)
+    return tuple(r for r in opening.rows if r.reason == WORSENS and r.score.gain > _STRONG * most)[:_MOST_BEGINNINGS]
+
+
+def _terms_from(start: Fitted, field: Sequence[Contestant], opening: Round) -> tuple[tuple[Term, ...], tuple[Row, ...]]:
+    """The accepted terms from the winner of a first round on, and the rows that were only too small."""
     terms: list[Term] = []
     named: list[Term] = []
     current, least = opening, 0.0
@@ -113,13 +142,13 @@ def search(start: Fitted, field: Sequence[Contestant]) -> tuple[Round, tuple[Ter
                     named = [*terms]
                 elif named or explained(terms[-2].fitted, terms[-1].fitted) < _PROMISING:
                     # A third that is not named as well is left out; without two no name will come of it.
-                    return opening, tuple(named or terms), ()
+                    return tuple(named or terms), ()
         if len(terms) == _MOST_TERMS or not _leaves_room(terms[-1].fitted.model, least):
-            return opening, tuple(terms), ()
+            return tuple(terms), ()
         current = contest(terms[-1].fitted, field, least)
     floor = _TOO_SMALL * (terms[0].row.score.gain if terms else 0.0)
     small = [r for r in current.rows if r.reason.startswith("less than a twentieth") and r.score.gain > floor]
-    return opening, tuple(terms), tuple(small[:1])
+    return tuple(terms), tuple(small[:1])
 
 
 def _enough_alone(start: Fitted, terms: Sequence[Term]) -> bool:

@@ -13,13 +13,11 @@ from jointlib.effect import Path
 from jointlib.identification.path_record import low_pass, slope
 from jointlib.loop.path.force.kept_low_pass import low_pass_kept
 from jointlib.measurement import Channel, Measurement, Record
+from jointlib.modulation import CONDITION_OF
 from jointlib.path_fault import PathFault, PathRecord
 
 _CLOSE = 1e-3
 _STEPS = 5
-_ALIKE = ("voltage", "current", "temperature", "position", "time")
-_CONDITION = {**{quantity: quantity for quantity in _ALIKE}, "force": "preload", "velocity": "speed"}
-"""What an input is, by the quantity of its channel."""
 _SAMPLES = 32
 """In a period of the cutoff frequency, of records that are sampled more than twice as densely."""
 
@@ -189,14 +187,14 @@ def prepare(measurement: Measurement, record: Record, preparation: Preparation) 
         preparation=preparation,
         period=record.period,
         recorded=PathRecord(path, force, time, record.channels[feed[0].name] if feed else displacement),
-        inputs={_CONDITION[c.quantity]: record.channels[c.name] for c in reversed(followed(measurement))},
+        inputs={CONDITION_OF[c.quantity]: record.channels[c.name] for c in reversed(followed(measurement))},
         begin=max(preparation.edge, _ramp(z)),
     )
 
 
 def followed(measurement: Measurement) -> tuple[Channel, ...]:
     """The channels that parameters may follow along a path."""
-    return tuple(c for c in measurement.channels if c.is_input and c.quantity in _CONDITION)
+    return tuple(c for c in measurement.channels if c.is_input and c.quantity in CONDITION_OF)
 
 
 def thinned(record: Record, every: int) -> Record:

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
 from jointlib.joint import Joint
+from jointlib.loop.answer.following import changes_in_words
 from jointlib.loop.answer.naming import NAMED_FROM, NEAREST_FROM
 from jointlib.loop.answer.report import Candidate, Estimate, Rival, Verdict, figures
 from jointlib.loop.path.composed.follower import Follower
@@ -14,9 +14,8 @@ from jointlib.loop.path.evidence import Evidence
 from jointlib.loop.path.strokes import FEWEST_BLOCKS
 from jointlib.loop.path.trials import Effect
 from jointlib.measurement import Measurement, Record
-from jointlib.modulation import CONDITIONS, INPUTS, names_of
+from jointlib.modulation import INPUTS
 from jointlib.path_fault import PathFault
-from jointlib.units import with_error
 
 WHERE = {
     "sealed": "on the sealed record",
@@ -49,26 +48,8 @@ def said(effect: Effect) -> str:
 
 def named(effect: Effect, parameters: Mapping[str, Estimate], joint: Joint | None) -> str:
     """An effect with its sizes; of a modulation in ``joint`` the change of the parameter at each value of the input."""
-    for m in joint.modulations if joint is not None else ():
-        if isinstance(effect, Follower) and parameters.keys() == set(names_of(m)):
-            unit = CONDITIONS[m.condition]
-            sizes = [100.0 * parameters[n].value for n in names_of(m)]
-            errors = [100.0 * 1.96 * parameters[n].standard_error for n in names_of(m)]
-            span = m.table[-1][0] - m.table[0][0]
-            at = [f"{_rounded(point, span):.5g}" for point, _ in m.table]
-            beside = f"of that at {_rounded(m.reference, span):.5g} {unit}"
-            shares = [with_error(v, e, "%") for v, e in zip(sizes, errors, strict=True)]
-            if len(m.table) == 2:
-                return f"{said(effect)}: {shares[0]} from {at[0]} to {at[1]} {unit}, {beside}"
-            places = [place for place, (point, _) in zip(at, m.table, strict=True) if point != m.reference]
-            listed = ", ".join(f"{s} at {place} {unit}" for s, place in zip(shares, places, strict=True))
-            return f"{said(effect)}: {listed}, {beside}"
-    return f"{said(effect)}: {figures(parameters)}".rstrip(": ")
-
-
-def _rounded(value: float, span: float) -> float:
-    """A value of an input to a ten-thousandth of the range that it had."""
-    return round(value, 4 - math.floor(math.log10(span))) + 0.0 if span > 0 else value
+    changes = changes_in_words(parameters, joint) if joint is not None and isinstance(effect, Follower) else None
+    return f"{said(effect)}: {changes or figures(parameters)}".rstrip(": ")
 
 
 def doubts(rivals: Sequence[Effect]) -> list[str]:

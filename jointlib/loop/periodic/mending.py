@@ -35,8 +35,11 @@ def corrections_of(fitted: Fitted, data: Readings) -> tuple[Correction, ...]:
 def modulated(joint: Joint, fitted: Fitted) -> Joint:
     """The joint with what was found to change its stiffness over time or place."""
     found = [f for f in fitted.found if f.fault.on == "joint"]
+    if not found:
+        return joint
     k = float(np.mean([o.stiffness for o in fitted.records]))
-    return replace(joint, modulations=tuple(_modulation(f, fitted, k) for f in found)) if found else joint
+    others = [m for m in joint.modulations if not _is_fault(m, fitted.raws)]
+    return replace(joint, modulations=(*others, *(_modulation(f, fitted, k) for f in found)))
 
 
 def _modulation(f: Found, fitted: Fitted, stiffness: float) -> Modulation:
@@ -54,11 +57,12 @@ def _modulation(f: Found, fitted: Fitted, stiffness: float) -> Modulation:
 
 
 def starting_point(joint: Joint, raws: Sequence[Raw]) -> tuple[Joint, tuple[Found, ...]]:
-    """A joint whose modulations, found by an earlier trace, are fitted to each record from the start."""
+    """A joint whose modulations over time or place, found by an earlier trace, are fitted to each record from the
+    start; those that follow an input stay with the joint."""
     faults = {f.family: f for f in catalogue().rig}
     found = []
     for m in joint.modulations:
-        if m.condition not in ("time", "position") or m.role is not Role.STIFFNESS:
+        if not _is_fault(m, raws):
             continue
         family = "position-stiffness" if m.period else "stiffness-drift"
         if family in faults:
@@ -67,6 +71,13 @@ def starting_point(joint: Joint, raws: Sequence[Raw]) -> tuple[Joint, tuple[Foun
             shape: Shape = {key: value} if m.period else {}
             found.append(_unsized(faults[family], shape, len(raws)))
     return joint, tuple(found)
+
+
+def _is_fault(m: Modulation, raws: Sequence[Raw]) -> bool:
+    """Whether a modulation is fitted to each record by itself: over time, or wave by wave over the place."""
+    if m.role is not Role.STIFFNESS or m.condition not in ("time", "position"):
+        return False
+    return m.period is not None or not raws[0].inputs.active([m])
 
 
 def _unsized(fault: Fault, shape: Shape, records: int) -> Found:

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -15,10 +15,11 @@ from jointlib.loop.answer.import_checks import without_dead_channels
 from jointlib.loop.balance.bench import Found, Raw
 from jointlib.loop.balance.bodies import Rig, rig_of
 from jointlib.loop.balance.floor import Closure, excited_band, noise_floor
+from jointlib.loop.balance.inputs import inputs_of, ranges_of
 from jointlib.loop.balance.spectra import Spectra, spectra_of
 from jointlib.loop.contest.fitted import Fitted, fit, free_parameters
 from jointlib.measurement import Measurement, Record
-from jointlib.modulation import INPUTS
+from jointlib.modulation import CONDITION_OF, INPUTS
 
 
 @dataclass(frozen=True)
@@ -31,6 +32,8 @@ class Readings:
     quiet: tuple[Spectra, ...]
     band: tuple[float, float, float, float]
     warnings: tuple[str, ...]
+    ranges: Mapping[str, tuple[float, float]]
+    """Of the inputs that parameters may follow, over the training records, by condition, SI."""
 
     def opened(self) -> tuple[tuple[Raw, ...], tuple[str, ...]]:
         """The sealed records, read now; one that cannot be used is said and left out, for all else is decided."""
@@ -39,7 +42,8 @@ class Readings:
         for source in self.measurement.with_role("sealed"):
             try:
                 read = _spectra(self.measurement, read_records(self.measurement, [source]), said)
-                raws += [_raw(self.measurement, r, s, self.rig, self.quiet, self.band) for r, s in read]
+                here = [_raw(self.measurement, r, s, self.rig, self.quiet, self.band) for r, s in read]
+                raws += _with_held(here, self.ranges)
             except InputError as unusable:
                 said.append(f"Sealed record not used: {unusable}.")
         return tuple(raws), tuple(said)
@@ -59,6 +63,8 @@ def readings(measurement: Measurement) -> Readings:
     spectra = [s for _, s in training]
     band = excited_band(spectra, [noise_floor(s, quiet) for s in spectra], measurement.band)
     raws = tuple(_raw(measurement, r, s, rig, quiet, band) for r, s in training)
+    ranges = ranges_of([r.inputs for r in raws])
+    raws = _with_held(raws, ranges)
     for raw in raws:
         if raw.floor.source == "quiet" and raw.spectra.periods > 1:
             raised = ", ".join(f"{n} {r:.1f} times" for n, r in raw.floor.ratio.items() if r > 1.5)
@@ -66,10 +72,15 @@ def readings(measurement: Measurement) -> Readings:
                 f"{raw.spectra.name}: between the lines {raised} the quiet level; something does not repeat."
             )
     for c in measurement.channels:
-        if c.quantity in INPUTS or (c.is_input and c.quantity != "position"):
-            told = "takes no part: on a rig parameters follow the place or time alone, along a path inputs as well."
-            warnings.append(f"Channel {c.name} ({c.quantity}) {told}")
-    return Readings(measurement, rig, raws, quiet, band, tuple(warnings))
+        if c.quantity in INPUTS and not c.is_input:
+            warnings.append(
+                f"Channel {c.name} ({c.quantity}) takes no part: with input = true parameters may follow it."
+            )
+        elif c.is_input and CONDITION_OF.get(c.quantity) not in ranges:
+            warnings.append(f"Channel {c.name} ({c.quantity}) takes no part: no parameter can follow it.")
+        elif c.is_input and not np.ptp(ranges[CONDITION_OF[c.quantity]]):
+            warnings.append(f"Channel {c.name} ({c.quantity}) is the same in all records: nothing can follow it.")
+    return Readings(measurement, rig, raws, quiet, band, tuple(warnings), ranges)
 
 
 def _spectra(measurement: Measurement, records: Sequence[Record], warnings: list[str]) -> list[tuple[Record, Spectra]]:
@@ -90,14 +101,20 @@ def _raw(
     band: tuple[float, float, float, float],
 ) -> Raw:
     first = measurement.settle * spectra.period_samples
+    steady = slice(first, first + spectra.samples)
     return Raw(
         spectra,
         noise_floor(spectra, quiet, _closures(rig, spectra)),
         rig,
         band,
         first,
-        _feed(measurement, record, spectra, first),
+        _feed(measurement, record, steady),
+        inputs_of(measurement, record, steady, spectra.period_samples),
     )
+
+
+def _with_held(raws: Sequence[Raw], ranges: Mapping[str, tuple[float, float]]) -> tuple[Raw, ...]:
+    return tuple(replace(raw, inputs=raw.inputs.held(ranges)) for raw in raws)
 
 
 def _closures(rig: Rig, record: Spectra) -> list[Closure]:
@@ -107,9 +124,9 @@ def _closures(rig: Rig, record: Spectra) -> list[Closure]:
     return [balance] * rig.has_balance + [{"a2": 1.0, "a3": -1.0}] * rig.has_third
 
 
-def _feed(measurement: Measurement, record: Record, spectra: Spectra, first: int) -> Array | None:
+def _feed(measurement: Measurement, record: Record, steady: slice) -> Array | None:
     channels = [c for c in measurement.channels if c.quantity == "position"]
-    return record.channels[channels[0].name][first : first + spectra.samples] if channels else None
+    return record.channels[channels[0].name][steady] if channels else None
 
 
 def baseline(raws: Sequence[Raw], joint: Joint, found: Sequence[Found] = ()) -> Fitted:

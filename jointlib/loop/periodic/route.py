@@ -19,6 +19,7 @@ from jointlib.loop.balance.resimulation import compared
 from jointlib.loop.contest.before_after import errors
 from jointlib.loop.contest.contestant import contestants
 from jointlib.loop.contest.fitted import Fitted
+from jointlib.loop.contest.on_input import on_inputs
 from jointlib.loop.contest.rounds import Round, Row
 from jointlib.loop.contest.search import Term, explained, search, together
 from jointlib.loop.periodic import verdict
@@ -56,7 +57,7 @@ def trace_periodic(measurement: Measurement, joint: Joint, *, seed: int = 0) -> 
         warnings.append(f"These records cannot tell {names} from the other parameters; held at the given value.")
     known = catalogue()
     warnings += known.failed
-    field = contestants(known.joint, known.rig, start)
+    field = (*contestants(known.joint, known.rig, start), *on_inputs(start))
     if len(data.training) < 2:
         warnings.append("One record to fit: no candidate can be judged on a record left out.")
         field = ()
@@ -67,8 +68,8 @@ def trace_periodic(measurement: Measurement, joint: Joint, *, seed: int = 0) -> 
     named = word in (Verdict.IDENTIFIED, Verdict.AMBIGUOUS)
     entered = terms if named else terms[:1] if word is Verdict.PARTIAL else ()
     last = entered[-1].fitted if entered else start
-    sealed, said = data.opened()
-    warnings += said
+    sealed, unused = data.opened()
+    warnings += unused
     _spent(joint, sealed, warnings)
     before, after = errors(start, sealed, joint), errors(last, sealed)
     if entered and not _lower(after, before):
@@ -83,11 +84,12 @@ def trace_periodic(measurement: Measurement, joint: Joint, *, seed: int = 0) -> 
     first = terms[0].row.contestant.effect if terms else None
     further = [chosen_of(last, t, None) for t in entered[1:]]
     told = (*rivals, *_all_rivals(terms, data)) if further else rivals
+    said = verdict.sentence(word, chosen, further, told, before, after, found, last.joint)
     what_next = verdict.next_experiment(word, rivals, first, found)
     return TraceReport(
         route="periodic",
         verdict=word,
-        sentence=verdict.sentence(word, chosen, further, told, before, after, found) + f" Next: {what_next}",
+        sentence=f"{said} Next: {what_next}",
         baseline=start.joint,
         mended=_noted(modulated(widened(last), last), data, last, sealed) if entered else joint,
         chosen=chosen,
@@ -174,7 +176,8 @@ def _further(term: Term, first: Term, data: Readings, status: str) -> dict[str, 
 def _link(row: Row, first: Term, data: Readings) -> dict[str, Any]:
     """A further effect, with its gain as a share of the first one's."""
     channel, body = place_of(row.contestant, data.rig)
-    out = {"family": row.contestant.effect.family, "share": row.score.gain / first.row.score.gain}
+    share = row.score.gain / first.row.score.gain
+    out = {"family": row.contestant.effect.family, "member": member_of(row.contestant), "share": share}
     return out | {k: v for k, v in (("channel", channel), ("body", body)) if v}
 
 

@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 
 from jointlib.joint import Joint
-from jointlib.loop.answer.naming import in_words
-from jointlib.loop.answer.report import Candidate, Estimate, Status, figures
+from jointlib.loop.answer.naming import with_sizes
+from jointlib.loop.answer.report import Candidate, Estimate, Status
 from jointlib.loop.balance.bodies import Rig
 from jointlib.loop.balance.ceiling import ceiling
 from jointlib.loop.balance.equations import Observed
@@ -18,9 +18,11 @@ from jointlib.loop.balance.excess import largest_lines, total_excess
 from jointlib.loop.balance.spectra import Spectra
 from jointlib.loop.contest.contestant import Contestant, InJoint, InRig, channel_unit, fault_estimates
 from jointlib.loop.contest.fitted import Fitted
+from jointlib.loop.contest.on_input import OnInput
 from jointlib.loop.contest.rounds import Round, Row
 from jointlib.loop.contest.search import Term, adds, explained
 from jointlib.loop.periodic.whereabouts import by_amplitude, by_time
+from jointlib.modulation import factors_of
 
 _MODEL_FORM = frozenset({"hysteresis"})
 """Families of which a member stands for the class: the shape of the law is a larger doubt than the noise."""
@@ -70,7 +72,7 @@ def chosen_of(last: Fitted, term: Term, explained: float | None) -> Candidate:
     """
     rank = next(i for i, r in enumerate(term.round.rows) if r.label == term.row.label) + 1
     linear = candidate_of(term.round, term.row, rank)
-    estimates = _of_fault(last, term) or _of_fault(term.fitted, term)
+    estimates = next((e for f in (last, term.fitted) for of in (_of_fault, _of_input) if (e := of(f, term))), None)
     if estimates is None:
         brought = set(term.fitted.free) - term.round.fitted.joint.parameters.keys()
         names = [n for n in term.fitted.joint.parameters if n in brought or n in linear.parameters]
@@ -101,7 +103,7 @@ def composition(start: Fitted, terms: Sequence[Term], last: Fitted) -> tuple[dic
                 "per_fold": term.beside.winner.score.per_fold,
                 "rivals": [member_of(r.contestant) for r in term.beside.rivals],
                 "parameters": c.parameters,
-                "words": f"{in_words(c.family, c.where, c.member)}: {figures(c.parameters)}".rstrip(": "),
+                "words": with_sizes(c, last.joint),
             }
         )
         before = term.fitted
@@ -112,6 +114,21 @@ def _of_fault(fitted: Fitted, term: Term) -> dict[str, Estimate] | None:
     for found, errors in zip(fitted.found, fitted.errors, strict=False):
         if found.label == term.row.label:
             return fault_estimates(found, errors, channel_unit(found.site))
+    return None
+
+
+def _of_input(fitted: Fitted, term: Term) -> dict[str, Estimate] | None:
+    if not isinstance(term.row.contestant, OnInput):
+        return None
+    effect, spread = term.row.contestant.joint_effect, jackknife(fitted)
+    for m in fitted.joint.modulations:
+        if (m.role, m.condition) == (effect.role, effect.condition):
+            errors = {n: max(e, spread.get(n, 0.0)) for n, e in fitted.followed_errors.items()}
+            return {
+                n: Estimate(v, effect.unit, e, (v - 1.96 * e, v + 1.96 * e))
+                for n, v in factors_of(m).items()
+                for e in (errors.get(n, float("nan")),)
+            }
     return None
 
 
@@ -137,9 +154,11 @@ def widened(fitted: Fitted) -> Joint:
 
 
 def jackknife(fitted: Fitted) -> dict[str, float]:
-    """Standard error of each free joint parameter from linearised fits with one record left out in turn."""
+    """Standard error of each free joint parameter, and of coefficients of its modulations, from linearised fits with
+    one record left out in turn."""
     model, R = fitted.model, len(fitted.raws)
-    if R < 2 or not len(fitted.free):
+    names = (*fitted.free, *fitted.followed)
+    if R < 2 or not names:
         return {}
     size = np.linalg.norm(model.columns, axis=1)
     moving = size > 0
@@ -155,7 +174,7 @@ def jackknife(fitted: Fitted) -> dict[str, float]:
     deviation = np.array(moves) - np.mean(moves, axis=0)
     spread = np.sqrt((R - 1) / R * np.sum(deviation**2, axis=0))
     at = dict(zip(np.flatnonzero(moving).tolist(), spread.tolist(), strict=True))
-    return {name: at[i] for i, name in enumerate(fitted.free) if i in at}
+    return {name: at[i] for i, name in enumerate(names) if i in at}
 
 
 def described(s: Spectra) -> dict[str, Any]:

@@ -8,8 +8,9 @@ from typing import Any
 
 from jointlib.effect import JointEffect
 from jointlib.fault import Fault
-from jointlib.loop.answer.naming import NAMED_ON_A_RIG_FROM, NEAREST_FROM, in_words, is_of_joint
-from jointlib.loop.answer.report import Candidate, Rival, Verdict, figures
+from jointlib.joint import Joint
+from jointlib.loop.answer.naming import NAMED_ON_A_RIG_FROM, NEAREST_FROM, in_words, is_of_joint, with_sizes
+from jointlib.loop.answer.report import Candidate, Rival, Verdict
 from jointlib.loop.periodic.readings import Readings
 
 WHERE = {
@@ -93,6 +94,7 @@ def sentence(
     before: Mapping[str, Any],
     after: Mapping[str, Any],
     found: Findings,
+    joint: Joint,
 ) -> str:
     """The finding in plain words with its numbers; ``further`` entered the mended files beside the chosen one."""
     where = WHERE[before["where"]]
@@ -124,9 +126,7 @@ def sentence(
             f"{before['joint_floor_N']:.3g} N.{near}{outside}"
         )
     lacks = "The joint lacks" if is_of_joint(chosen.family) else "The records show"
-    named, *others_named = (
-        f"{in_words(c.family, c.where, c.member)}: {figures(c.parameters)}".rstrip(": ") for c in (chosen, *further)
-    )
+    named, *others_named = (with_sizes(c, joint) for c in (chosen, *further))
     others = " or ".join(dict.fromkeys(in_words(r.family, r.where, r.member) for r in rivals))
     doubt = f" These records cannot rule out {others}." if others else ""
     if found.together is not None:

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
-from typing import Any
 
 import numpy as np
 
@@ -16,14 +15,12 @@ from jointlib.law import JointLaw, Motion
 from jointlib.loop.path.columns import at_full_rate, bare_forces, kept, stepped_together
 from jointlib.loop.path.force.unit_size import Sizes
 from jointlib.loop.path.preparation import Run
-from jointlib.modulation import Modulation, hats
+from jointlib.modulation import Modulation, acting, hats, scaled
 from jointlib.parameter import Role, parameters_of
 from jointlib.pieces import in_pieces
 
 _STEP = 1e-3
 """Of a parameter, for the slope of a force."""
-_TINY = 1e-6
-"""Of a parameter that may not be zero: what it is where its factor is zero."""
 
 Modulations = tuple[Modulation, ...]
 
@@ -45,7 +42,7 @@ class Followed:
 
         def along(law: JointLaw, modulations: Modulations) -> Array:
             one, size = self._sized(law)
-            return size * remembered(one, _acting(law, modulations))
+            return size * remembered(one, acting(law, modulations))
 
         return along
 
@@ -56,7 +53,7 @@ class Followed:
         for law in joint.laws:
             if any(p.role is m.role for p in parameters_of(law)):
                 one, size = self._sized(law)
-                parts.append(size * self._unit_columns(one, m, _acting(law, others)))
+                parts.append(size * self._unit_columns(one, m, acting(law, others)))
         if parts:
             return np.asarray(sum(parts))
         return np.zeros((len(hats(m, np.zeros(1))), sum(len(r.time) for r in self.runs)))
@@ -74,7 +71,7 @@ class Followed:
         """∂f/∂ln(parameters of the role), at the full rate: the force itself where all that holds newtons has it."""
         if not law.states and self._is_whole(law, (m,)):
             return self._full(law, others)
-        more, less = (self._full(_scaled(law, [(m.role, np.asarray(f))]), others) for f in (1 + _STEP, 1 - _STEP))
+        more, less = (self._full(scaled(law, [(m.role, np.asarray(f))]), others) for f in (1 + _STEP, 1 - _STEP))
         return [(high - low) / (2 * _STEP) for high, low in zip(more, less, strict=True)]
 
     def _full(self, law: JointLaw, modulations: Modulations) -> list[Array]:
@@ -83,7 +80,7 @@ class Followed:
         The parameters of a law are those at each sample, as in an FMU: what remembers stays where it is while they
         change, and then follows the law with the new ones.
         """
-        own = _acting(law, modulations)
+        own = acting(law, modulations)
         if law.states:
             return self._stepped(law, own) if own else bare_forces(self.runs, law)
         if not own or self._is_whole(law, own):
@@ -93,7 +90,7 @@ class Followed:
             return out
         out = []
         for i, r in enumerate(self.runs):
-            moved = _scaled(law, [(m.role, self._factor(m, i)) for m in own])
+            moved = scaled(law, [(m.role, self._factor(m, i)) for m in own])
             out.append(moved.step(Motion(r.path.displacement, r.path.velocity), np.empty((len(r.force), 0)))[0])
         return out
 
@@ -137,12 +134,6 @@ class Followed:
         return kept(self.runs, full)
 
 
-def _acting(law: JointLaw, modulations: Modulations) -> Modulations:
-    """Those by which a parameter of the law moves."""
-    roles = {p.role for p in parameters_of(law)}
-    return tuple(m for m in modulations if m.role in roles)
-
-
 def _followed(run: Run, m: Modulation) -> Array:
     """What the parameters follow along a record, at the full rate."""
     return m.followed(run.inputs[m.condition], run.path.time_step)
@@ -153,21 +144,6 @@ def _flat(m: Modulation) -> Modulation:
     return replace(m, table=tuple((point, 1.0) for point, _ in m.table))
 
 
-def _scaled(law: JointLaw, factors: Sequence[tuple[Role, Array]]) -> JointLaw:
-    """A law with the parameters of some roles times factors, which may be arrays."""
-    moved: dict[str, Any] = {}
-    for p in parameters_of(law):
-        for role, factor in factors:
-            if p.role is role and not p.table:
-                known = np.asarray(moved.get(p.name, getattr(law, p.name)))
-                bare = p.above + _TINY * float(np.max(np.abs(known))) if np.isfinite(p.above) else -np.inf
-                if p.listed and known.ndim == 1:  # Each entry by itself.
-                    known = known.reshape(-1, *(1,) * factor.ndim)
-                new = np.maximum(known * factor, max(p.lower, bare))
-                moved[p.name] = tuple(new) if p.listed else new if np.ndim(new) else float(new)
-    return replace(law, **moved) if moved else law  # type: ignore[type-var]
-
-
 def changing(law: JointLaw, roles: Sequence[Role], factors: Array, path: Path) -> Array:
     """Force in N along paths (step, record) of a law whose parameters change from step to step, from the virgin state.
 
@@ -176,7 +152,7 @@ def changing(law: JointLaw, roles: Sequence[Role], factors: Array, path: Path) -
     moving = np.concatenate([path.displacement[:, None], factors], axis=1)
 
     def step(here: Array, speed: Array, state: Array) -> tuple[Array, Array]:
-        now = _scaled(law, list(zip(roles, np.moveaxis(here, -2, 0)[1:], strict=True)))
+        now = scaled(law, list(zip(roles, np.moveaxis(here, -2, 0)[1:], strict=True)))
         return now.step(Motion(here[..., 0, :], speed[..., 0, :], path.time_step), state)
 
     def virgin(here: Array) -> Array:
