@@ -15,6 +15,8 @@ from jointlib.loop.path.regression import Index
 _REST = 0.005
 """A stroke lasts while the speed exceeds this fraction of the largest one."""
 _MOST_BLOCKS, FEWEST_BLOCKS = 60, 8
+_MOSTLY = 0.5
+"""Share of the way that strokes have to be; of a random motion only the slowest are long enough to be one."""
 
 
 @dataclass(frozen=True)
@@ -61,13 +63,14 @@ class Division:
 
 
 def divide(runs: Sequence[Run]) -> Division:
-    """Whole records where there are 8 or more, complete strokes where there are between 8 and 60 and some in each, else
-    equal pieces; conditions as declared, or found."""
+    """Whole records where there are 8 or more, complete strokes where there are between 8 and 60 and these are most of
+    the motion in each, else equal pieces; conditions as declared, or found."""
     if len(runs) >= FEWEST_BLOCKS:
         blocks = [_block(i, run, run.begin, len(run.force) - run.preparation.edge, 0) for i, run in enumerate(runs)]
     else:
         blocks = [b for i, run in enumerate(runs) for b in strokes(i, run)]
-        if not FEWEST_BLOCKS <= len(blocks) <= _MOST_BLOCKS or len({b.run for b in blocks}) < len(runs):
+        whole = all(_held(i, run, blocks) >= _MOSTLY for i, run in enumerate(runs))
+        if not FEWEST_BLOCKS <= len(blocks) <= _MOST_BLOCKS or not whole:
             blocks = [b for i, run in enumerate(runs) for b in _pieces(i, run, len(runs))]
     labels = [run.condition for run in runs]
     if len({label for label in labels if label}) > 1:
@@ -93,6 +96,13 @@ def divide(runs: Sequence[Run]) -> Division:
             tuple(replace(b, condition=words[t]) for b, t in zip(blocks, third, strict=True)), "thirds of peak speed"
         )
     return Division(tuple(replace(b, condition="one trajectory") for b in blocks), "none found")
+
+
+def _held(number: int, run: Run, blocks: Sequence[Block]) -> float:
+    """Share of the way of one record that lies in its blocks: those that are too short to be one may be most of it."""
+    way = np.abs(run.path.velocity)
+    kept = float(way[run.begin : len(way) - run.preparation.edge].sum())
+    return sum(float(way[b.first : b.end].sum()) for b in blocks if b.run == number) / max(kept, 1e-300)
 
 
 def strokes(number: int, run: Run) -> list[Block]:
