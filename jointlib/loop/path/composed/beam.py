@@ -3,40 +3,41 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 from jointlib.joint import Joint
 from jointlib.loop.answer.naming import NAMED_FROM
-from jointlib.loop.path.acceptance import SHARE, TIE, Assessment, assess
+from jointlib.loop.path.acceptance import SHARE, TIE
 from jointlib.loop.path.columns import ColumnStore, moved_or_none
 from jointlib.loop.path.composed.choice import (
     LEAST,
+    as_left_out,
     further,
     is_another,
     is_nested,
     leaders,
     least_gain,
-    pays,
     shown,
+    stands,
     widest,
 )
+from jointlib.loop.path.composed.field import Field
 from jointlib.loop.path.composed.pairs import pairs_beside
+from jointlib.loop.path.composed.weighed import EXCHANGES, certain, is_certain, weighed
 from jointlib.loop.path.evidence import Evidence, Model
-from jointlib.loop.path.fitted import Fitted, drives, fit, named_by_role
+from jointlib.loop.path.fitted import Fitted, fit, named_by_role
 from jointlib.loop.path.steps import (
     Composition,
     Finding,
     Part,
-    Row,
     Step,
     Term,
     deciding_excess,
     is_quiet,
-    rank,
     settled,
 )
 from jointlib.loop.path.trials import Effect, trials_of
-from jointlib.parameter import Role, parameters_of
+from jointlib.parameter import Role
 
 _WIDTH = 3
 """Compositions that are followed side by side where no effect alone explains what is missing."""
@@ -45,52 +46,10 @@ _PAIRS = 2
 """Pairs of effects that hide one another which are followed beside what passes alone."""
 _CLEARLY = 0.25
 """Of what the best single effect leaves; a pair that hid one another and leaves less competes with it."""
+_SECONDS = 2
+"""Compositions that are tried in the place of one that lost terms."""
 _DECADES, _LESS = (0.1, 10.0, 100.0, 1000.0), 0.9
 """Times its velocity at which a corner is tried anew, and the share of the excess that it has to fall below."""
-_EXCHANGES = 3
-"""Rounds of exchange and further growth at most."""
-
-
-@dataclass(frozen=True)
-class _Field:
-    """What a search has to do with."""
-
-    evidence: Evidence
-    joint: Joint
-    effects: tuple[Effect, ...]
-    store: ColumnStore
-    seed: int
-    quick: bool = True
-    """Whether fits end early, as they may where many compositions are compared."""
-
-    def fit(self, model: Model, terms: int = 1) -> Fitted:
-        """A model refitted; with several terms corners are rounded anew, as the first was where others were missing."""
-        corners = terms > 1 and any(p.role is Role.SMOOTHING for law in model.joint.laws for p in parameters_of(law))
-        return fit(self.evidence, model, quick=self.quick, rounding=corners)
-
-    def rank(self, current: Fitted) -> tuple[Row, ...]:
-        return rank(current, self.effects, self.store, self.seed)
-
-    def replayed(self, terms: Sequence[Term], of: Model) -> Fitted | None:
-        """The baseline with some of the terms of a model, refitted; None where one is not physical without the others.
-
-        A fault of the force begins as the model has it: to first order a late force may be none without the others.
-        Corners are rounded anew as they were in the model.
-        """
-        fitted = fit(self.evidence, Model(self.joint))
-        for count, term in enumerate(terms, 1):
-            rounding = count if count == len(terms) else 1
-            known = [k for k in of.faults if k.fault is term.effect]
-            if known:
-                fitted = self.fit(replace(fitted.model, faults=(*fitted.model.faults, *known)), rounding)
-                if drives(fitted):
-                    return None
-                continue
-            found = trials_of(term.effect, [term.trial.shape], fitted, self.store)
-            if not found or found[0].model is None:
-                return None
-            fitted = self.fit(found[0].model, rounding)
-        return fitted
 
 
 def search(evidence: Evidence, joint: Joint, effects: Sequence[Effect], seed: int) -> Finding:
@@ -101,7 +60,7 @@ def search(evidence: Evidence, joint: Joint, effects: Sequence[Effect], seed: in
     Else the best few compositions are followed side by side, each with the effects that pass beside it,
     and all are refitted as a whole. Every earlier term of the best may then be exchanged for another effect.
     """
-    field = _Field(evidence, joint, tuple(effects), ColumnStore(evidence.recorded), seed)
+    field = Field(evidence, joint, tuple(effects), ColumnStore(evidence.recorded), seed)
     start = Composition((Step(None, fit(evidence, Model(joint))),))
     start, children = _grown(replace(field, quick=False), start, 1)
     alone = bool(children) and _explained(start, children[0]) >= NAMED_FROM
@@ -114,18 +73,29 @@ def search(evidence: Evidence, joint: Joint, effects: Sequence[Effect], seed: in
     if not alone:
         children += [*_grown(field, start, _WIDTH)[1][len(children) :], *simpler]
     best, others = _followed(field, start, children, 1 if alone else _WIDTH)
-    parts: tuple[Part, ...] = ()
-    for _ in range(_EXCHANGES):
-        swapped, parts = _weighed(field, best)
-        if swapped is None:
-            break
-        best = _followed(field, swapped, _grown(field, swapped, 1)[1], 1)[0]
-    if len(parts) > 1 and not all(pays(best, p) for p in parts):
-        best, parts = _certain(field, best, parts)
+    tried = best
+    best, parts = _settled(field, best)
+    if len(best.terms) < len(tried.terms):  # What lost terms may leave more than what was put behind it.
+        fewer = [c for c in (*others, *children) if c.members != tried.members and all(stands(c, t) for t in c.terms)]
+        for c in sorted(fewer, key=lambda c: deciding_excess(c.fitted))[:_SECONDS]:
+            if deciding_excess(c.fitted) < deciding_excess(best.fitted):
+                again = _settled(field, c)
+                best, parts = min((best, parts), again, key=lambda found: deciding_excess(found[0].fitted))
     if len(best.terms) > 1 and not alone:
         last = replace(best.steps[-1], fitted=_with_corners(evidence, fit(evidence, best.fitted.model)))
         best = replace(best, steps=(*best.steps[:-1], last))
     return Finding(best, parts, tuple(c for c in others if c.members != best.members))
+
+
+def _settled(field: Field, best: Composition) -> tuple[Composition, tuple[Part, ...]]:
+    """A composition with its terms exchanged for better ones, and without those that are not certain."""
+    parts: tuple[Part, ...] = ()
+    for _ in range(EXCHANGES):
+        swapped, parts = weighed(field, best)
+        if swapped is None:
+            break
+        best = _followed(field, swapped, _grown(field, swapped, 1)[1], 1)[0]
+    return (best, parts) if all(is_certain(best, p) for p in parts) else certain(field, best, parts)
 
 
 def _with_corners(evidence: Evidence, found: Fitted) -> Fitted:
@@ -144,28 +114,12 @@ def _with_corners(evidence: Evidence, found: Fitted) -> Fitted:
     return best
 
 
-def _certain(field: _Field, c: Composition, parts: Sequence[Part]) -> tuple[Composition, tuple[Part, ...]]:
-    """A composition without the terms that the others make up for, and what those left are worth."""
-    kept = [p.term for p in parts if pays(c, p)]
-    fitted = field.replayed(kept, c.fitted.model) if kept else None
-    if fitted is None:
-        return c, tuple(parts)
-    less = now = Composition((*c.steps, Step(kept[-1], fitted, action="dropped others")), tuple(kept))
-    # What is left was chosen beside the others, so each of it is held against the whole catalogue once more.
-    for _ in range(_EXCHANGES):
-        swapped, again = _weighed(field, now)
-        if swapped is None:
-            return now, again
-        now = swapped
-    return less, tuple(p for p in parts if p.term in kept)
-
-
 def _explained(start: Composition, grown: Composition) -> float:
     return 1 - deciding_excess(grown.fitted) / deciding_excess(start.fitted)
 
 
 def _followed(
-    field: _Field, start: Composition, beam: list[Composition], width: int
+    field: Field, start: Composition, beam: list[Composition], width: int
 ) -> tuple[Composition, list[Composition]]:
     """The best composition that grows from some, and the others that ended, best first.
 
@@ -197,7 +151,7 @@ def _followed(
     return best, [c for c in done if c is not best]
 
 
-def _grown(field: _Field, c: Composition, width: int) -> tuple[Composition, list[Composition]]:
+def _grown(field: Field, c: Composition, width: int) -> tuple[Composition, list[Composition]]:
     """A composition with the contest beside it, and with each of the best effects that pass there and lower the excess
     of the whole."""
     current, rows = c.fitted, c.steps[-1].rows or field.rank(c.fitted)
@@ -205,7 +159,7 @@ def _grown(field: _Field, c: Composition, width: int) -> tuple[Composition, list
     children = []
     for row in [] if full else leaders([r for r in rows if not is_another(r, c.terms)], width):
         assert row.entry.best.model is not None
-        fitted = field.fit(row.entry.best.model, len(c.terms) + 1)
+        fitted = as_left_out(field.fit(row.entry.best.model, len(c.terms) + 1), row.entry)
         lower = deciding_excess(fitted) < deciding_excess(current) - least_gain(c, row.entry.effect)
         if lower and shown(row.entry.effect, fitted):
             term = Term(row.entry.effect, row.entry.best, row.assessment)
@@ -218,7 +172,7 @@ def _grown(field: _Field, c: Composition, width: int) -> tuple[Composition, list
     return replace(c, steps=(*c.steps[:-1], replace(c.steps[-1], rows=rows))), children
 
 
-def _paired(field: _Field, c: Composition) -> list[Composition]:
+def _paired(field: Field, c: Composition) -> list[Composition]:
     """A composition, whose contest is known, with each of the best pairs of effects that hide one another."""
     current, rows, out = c.fitted, c.steps[-1].rows, []
     beside = [r for r in rows if not is_another(r, c.terms)]
@@ -231,11 +185,12 @@ def _paired(field: _Field, c: Composition) -> list[Composition]:
             terms = [Term(row.entry.effect, trial, found) for row, trial, found in three]
             here = replace(c.steps[-1], rows=settled(current, rows, pair.rows[0], field.store))
             added = [Step(term, fitted, action="paired") for term in terms]
-            out.append(Composition((*c.steps[:-1], here, *added), (*c.terms, *terms)))
+            both = Composition((*c.steps[:-1], here, *added), (*c.terms, *terms))
+            out += [both] if all(stands(both, t) for t in terms) else []
     return out
 
 
-def _simpler(field: _Field, start: Composition, alone: Composition) -> list[Composition]:
+def _simpler(field: Field, start: Composition, alone: Composition) -> list[Composition]:
     """In place of the one effect that explains enough, one that looks like it and has less to fit, at the shape that
     both have, with what passes beside it: the further shape, or the memory, may have stood for a second effect."""
     (term,) = alone.terms
@@ -257,43 +212,3 @@ def _simpler(field: _Field, start: Composition, alone: Composition) -> list[Comp
             first = Term(row.entry.effect, trial, row.assessment)
             out += _grown(field, Composition((*start.steps, Step(first, field.fit(trial.model))), (first,)), 1)[1]
     return out
-
-
-def _weighed(field: _Field, c: Composition) -> tuple[Composition | None, tuple[Part, ...]]:
-    """What each term of a composition is worth; or instead the composition with one of them exchanged for an effect
-    that passes the tests against the whole."""
-    evidence, current, parts = field.evidence, c.fitted, list[Part]()
-    floor, folds = evidence.floor.power / evidence.block_power, evidence.deciding_folds
-    for i, term in enumerate(c.terms):
-        others = [t for k, t in enumerate(c.terms) if k != i]
-        last = i == len(others) and c.steps[-1].action == "added"
-        base = c.steps[-2].fitted if last else field.replayed(others, current.model)
-        if base is None:
-            parts.append(Part(term, term.assessment, ()))
-            continue
-        rows = c.steps[-2].rows if last else field.rank(base)
-        own = next((r for r in rows if (r.entry.family, r.entry.member) == (term.family, term.member)), None)
-        first = next((r for r in rows if not is_another(r, others)), None)
-        passes = first is not None and first.entry.physical and first.assessment.accepted
-        # What gains too little to be a further effect is none in the place of another either.
-        if first is not None and first.assessment.share * deciding_excess(base) < least_gain(c, first.entry.effect):
-            passes = False
-        if not last and first is not None and first is not own and passes:
-            found = assess(current.deciding_loss, first.entry.deciding_loss, floor, folds, field.seed)
-            swapped = _with(field, c, others, first, found) if found.accepted else None
-            if swapped is not None:
-                return swapped, ()
-        adds = assess(base.deciding_loss, current.deciding_loss, floor, folds, field.seed)
-        parts.append(Part(term, adds, rows if last else settled(base, rows, own, field.store)))
-    return None, tuple(parts)
-
-
-def _with(field: _Field, c: Composition, others: Sequence[Term], row: Row, found: Assessment) -> Composition | None:
-    """A composition with another effect in the place of one of its terms, if that lowers the excess."""
-    if row.entry.best.model is None:
-        return None
-    fitted = field.fit(row.entry.best.model, len(others) + 1)
-    if deciding_excess(fitted) >= deciding_excess(c.fitted) or not shown(row.entry.effect, fitted):
-        return None
-    term = Term(row.entry.effect, row.entry.best, found)
-    return Composition((*c.steps, Step(term, fitted, action="exchanged")), (*others, term))

@@ -3,10 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
+from dataclasses import replace
 
 from jointlib.effect import JointEffect
 from jointlib.loop.answer.naming import is_declared_pair
+from jointlib.loop.path.acceptance import excess
 from jointlib.loop.path.composed.along_input import AlongInput
+from jointlib.loop.path.contest import Entry
+from jointlib.loop.path.estimates import set_by
 from jointlib.loop.path.fitted import Fitted
 from jointlib.loop.path.steps import Composition, Part, Row, Term, deciding_excess, winner_of
 from jointlib.loop.path.trials import Effect
@@ -15,6 +19,8 @@ from jointlib.path_fault import PathFault
 LEAST, LEAST_ALIKE = 0.01, 0.05
 """Of the excess there was at first, that a further term must remove, and one that looks like a term before: what is
 smaller is the form of that one."""
+_AWAY = 0.5
+"""Of what a refitted model leaves by its tangents where they are not believed."""
 _NEARLY = 0.05
 """Members of a family that gain so much less than its best are followed in its stead if they are simpler."""
 
@@ -40,6 +46,31 @@ def widest(grown: Iterable[Composition], width: int) -> list[Composition]:
 def shown(effect: Effect, fitted: Fitted) -> bool:
     """Whether an effect is still what its name says after a refit that moved its shape."""
     return not isinstance(effect, JointEffect) or effect.shows(fitted.joint)
+
+
+def as_left_out(fitted: Fitted, entry: Entry) -> Fitted:
+    """A refitted model, judged by what its last effect left in the contest where that is less than half.
+
+    There every fold chose its shape among all, and here it goes along the tangents of the whole: from small motions
+    to the largest, which nothing else holds, these run away (how hard a contact slips that small motions do not slip).
+    """
+    evidence = fitted.evidence
+    floor = evidence.floor.power / evidence.block_power
+    if excess(entry.deciding_loss, floor) >= _AWAY * deciding_excess(fitted):
+        return fitted
+    if fitted.condition_loss is None:
+        return replace(fitted, block_loss=entry.deciding_loss)
+    return replace(fitted, condition_loss=entry.deciding_loss)
+
+
+def stands(c: Composition, term: Term) -> bool:
+    """Whether a size that a term of a composition has is told from nothing by more than its 95 % interval.
+
+    Lengths, speeds and whatever else shapes it are no sizes: an effect of size 0 may have any.
+    """
+    known = set_by(term, c.fitted, c.steps[0].fitted)
+    sizes = [e for name, e in known.items() if name.rpartition(".")[2] not in term.trial.shape]
+    return not sizes or not all(abs(e.value) < 1.96 * e.standard_error for e in sizes)
 
 
 def is_nested(c: Composition, best: Composition) -> bool:
