@@ -14,15 +14,16 @@ from jointlib.errors import InputError
 from jointlib.foreign.door import LARGEST, foreign, usable
 from jointlib.frf import Quantity
 from jointlib.io import cutpro
-from jointlib.io.finite_elements.matrix_files import read_arrays
 from jointlib.io.readers import named_columns
 from jointlib.io.universal import AXES, NO_UNITS, place, read_sets, units
 from jointlib.lab.dialect import Told
+from jointlib.lab.response_arrays import VALUES, response_arrays
 from jointlib.lab.response_columns import response_of
 from jointlib.lab.text_table import read_table
 from jointlib.units import scale
 
-SUFFIXES = (".uff", ".unv", ".csv", ".txt", ".tsv", ".asc", ".dat", ".npz", ".mat", cutpro.SUFFIX)
+ARRAYS = (".npz", ".mat", ".h5", ".hdf5")
+SUFFIXES = (".uff", ".unv", ".csv", ".txt", ".tsv", ".asc", ".dat", *ARRAYS, cutpro.SUFFIX)
 _MOTION = {8: Quantity.RECEPTANCE, 11: Quantity.MOBILITY, 12: Quantity.ACCELERANCE}
 _FORCE = (13, 9)
 _FRF = 4
@@ -65,7 +66,7 @@ def _read(path: Path, told: Told | None) -> list[FrfRecord]:
         return _universal(path)
     if suffix in (".csv", ".txt", ".tsv", ".asc", ".dat"):
         return [_csv(path, told)]
-    if suffix in (".npz", ".mat"):
+    if suffix in ARRAYS:
         return [_arrays(path)]
     if suffix == cutpro.SUFFIX:
         return [_checked(path, FrfRecord(*cutpro.read_cutpro(path), quantity=Quantity.RECEPTANCE, units="m/N"))]
@@ -178,16 +179,11 @@ def _squared(path: Path, deviation: Array) -> Array:
 
 
 def _arrays(path: Path) -> FrfRecord:
-    held = read_arrays(path)
-    names = ["H", *(q.word for q in Quantity)]
-    found = [name for name in names if name in held]
-    if "frequency" not in held or len(found) != 1:
-        raise InputError(
-            f"{path}: holds {', '.join(held) or 'no arrays'}, expected 'frequency' and one of {', '.join(names)}"
-        )
-    quantity = None if found[0] == "H" else Quantity[found[0].upper()]
-    value = held[found[0]]
-    value = value.ravel() if value.ndim == 2 and 1 in value.shape else value
+    held = response_arrays(path)
+    (found,) = (name for name in VALUES if name in held)
+    quantity = None if found == "H" else Quantity[found.upper()]
+    value = held[found]
+    value = value.ravel() if value.size == max(value.shape, default=0) else value
     variance = held.get("variance")
     if variance is None and "deviation" in held:
         variance = _squared(path, held["deviation"].astype(float))

@@ -49,6 +49,8 @@ class LabFile:
     """Of a text file: the table with its dialect and the lines above."""
     responses: tuple[tuple[str, str], ...] = ()
     """Frequency responses: motion at, force at, as ``12+X``."""
+    spectra: tuple[str, ...] = ()
+    """Names of complex arrays, which are no columns."""
     grouped: bool = False
     """Whether columns are named ``group/column``."""
     group: str = ""
@@ -100,6 +102,12 @@ def columns_of(arrays: Mapping[str, Any], units: Mapping[str, str] | None = None
             out += [Column(f"{name} {k}", row.astype(float), unit) for k, row in enumerate(rows, 1)]
     rate = rate_of(arrays)
     return tuple(out) if rate is None else tuple(replace(column, rate=rate) for column in out)
+
+
+def spectra_of(arrays: Mapping[str, Any]) -> tuple[str, ...]:
+    """Names of arrays of complex numbers, two or more."""
+    held = {name: np.asarray(value) for name, value in arrays.items()}
+    return tuple(name for name, value in held.items() if value.dtype.kind == "c" and value.size > 1)
 
 
 def rate_of(values: Mapping[str, Any]) -> float | None:

@@ -274,8 +274,8 @@ def _checked(measurement: Measurement, frf: LevelFRF) -> LevelFRF:
     gross = wrong & (H.imag > _TILT * np.abs(H))
     if np.any(clear) and np.sum(wrong) > _MOST * np.sum(clear):
         raise InputError(
-            f"{where}: Im H > 0 at the driving point {frf.drive}, so it would yield energy; the file may count time as "
-            "exp(-jωt), then say conjugate = true, or carry the wrong sign"
+            f"{where}: Im H > 0 at the driving point {frf.drive}, so it would yield energy; the file may hold "
+            "accelerances (see quantity), count time as exp(-jωt), then say conjugate = true, or carry the wrong sign"
         )
     if np.sum(gross) > _SOME * len(H):
         raise InputError(

@@ -6,10 +6,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.io import savemat
 
 from jointlib import InputError
 from jointlib.frf import Quantity
 from jointlib.io.frf_files import read_frf
+from jointlib.lab.importing.responses import holds_responses
+from jointlib.lab.open_file import open_lab_file
 
 F = np.linspace(50.0, 400.0, 40)
 S = 2j * np.pi * F
@@ -49,6 +52,43 @@ def test_what_headings_say_is_read(tmp_path: Path, head: str) -> None:
     assert found.quantity is not None
     np.testing.assert_allclose(found.frequency, F, rtol=1e-12)
     np.testing.assert_allclose(found.value / found.quantity.per_receptance(F), H, rtol=1e-9)
+
+
+def of_version_73(path: Path) -> None:
+    """As MATLAB writes it: complex numbers in pairs, vectors as rows of one, 512 bytes in front."""
+    h5py = pytest.importorskip("h5py")
+    pairs = np.zeros((1, len(F)), dtype=[("real", float), ("imag", float)])
+    pairs["real"], pairs["imag"] = H.real, H.imag
+    with h5py.File(path, "w", userblock_size=512) as file:
+        file.create_dataset("FRF", data=pairs)
+        file.create_dataset("freq", data=F[None])
+    with path.open("r+b") as file:
+        file.write(b"MATLAB 7.3 MAT-file".ljust(124) + b"\x00\x02IM")
+
+
+ARRAYS = {
+    "as this program has them": lambda path: savemat(path, {"frequency": F, "H": H}),
+    "a word for each": lambda path: savemat(path, {"freq": F[:, None], "FRF": H.reshape(-1, 1, 1), "fs": 2048.0}),
+    "a structure": lambda path: savemat(path, {"Data": {"Frequency": F, "H11": H, "Coherence": 0 * F + 1}}),
+    "version 7.3": of_version_73,
+}
+
+
+@pytest.mark.parametrize("told", ARRAYS)
+def test_complex_numbers_beside_frequencies_are_a_response_whatever_their_names(tmp_path: Path, told: str) -> None:
+    """``import`` took them for voltages, or wrote a measurement file that no verb read."""
+    path = tmp_path / "h.mat"
+    ARRAYS[told](path)
+    assert holds_responses(open_lab_file(path))
+    found = read_frf(path, where="here", quantity="receptance")
+    np.testing.assert_allclose(found.frequency, F, rtol=1e-12)
+    np.testing.assert_allclose(found.value, H, rtol=1e-12)
+
+
+def test_two_complex_arrays_are_asked_about_by_their_names(tmp_path: Path) -> None:
+    savemat(tmp_path / "h.mat", {"freq": F, "H11": H, "H21": H})
+    with pytest.raises(InputError, match=r"holds freq, H11, H21, expected 'frequency' and one of H, .*one complex"):
+        read_frf(tmp_path / "h.mat", where="here")
 
 
 def test_a_deviation_is_in_the_unit_of_the_heading(tmp_path: Path) -> None:

@@ -5,9 +5,10 @@ from __future__ import annotations
 from pathlib import Path
 
 from jointlib.foreign.archive import arrays_of
-from jointlib.lab.lab_file import LabFile, columns_of
+from jointlib.lab.lab_file import LabFile, columns_of, spectra_of
 
 
 def read_archive(path: Path) -> LabFile:
     """Arrays by name."""
-    return LabFile(path, columns_of(arrays_of(path)))
+    arrays = arrays_of(path)
+    return LabFile(path, columns_of(arrays), spectra=spectra_of(arrays))

@@ -10,13 +10,19 @@ import numpy as np
 from jointlib.foreign.door import foreign
 from jointlib.foreign.memory import refuse_beyond
 from jointlib.foreign.tried import tried
-from jointlib.lab.lab_file import LabFile, columns_of, needed
+from jointlib.lab.lab_file import LabFile, columns_of, needed, spectra_of
 
 _UNITS = ("unit", "units", "Unit", "Units", "unit_string", "EngineeringUnit")
 
 
 def read_hdf5(path: Path) -> LabFile:
     """Data sets of numbers by their path, one or two dimensions; attributes tell units and rate."""
+    arrays, units = hdf5_arrays(path)
+    return LabFile(path, columns_of(arrays, units), spectra=spectra_of(arrays))
+
+
+def hdf5_arrays(path: Path) -> tuple[dict[str, Any], dict[str, str]]:
+    """Data sets and scalars of attributes by their path, and units; a table of ``real`` and ``imag`` is complex."""
     h5py = needed("h5py", path)
     arrays: dict[str, Any] = {}
     units: dict[str, str] = {}
@@ -27,7 +33,10 @@ def read_hdf5(path: Path) -> LabFile:
         if not isinstance(item, h5py.Dataset) or name.startswith("#"):
             return
         refuse_beyond(2.0 * item.size * item.dtype.itemsize, f"{path}: {name!r} of {item.size} values")
-        if item.dtype.names:
+        if item.dtype.names == ("real", "imag"):
+            held = item[()]
+            arrays[name] = held["real"] + 1j * held["imag"]
+        elif item.dtype.names:
             arrays.update({f"{name}/{field}": item[field] for field in item.dtype.names})
         elif item.dtype.kind in "fiu" and item.size and "MATLAB_empty" not in item.attrs:
             arrays[name] = item[()]
@@ -41,4 +50,4 @@ def read_hdf5(path: Path) -> LabFile:
 
     tried(path, "an HDF5 file", read)
     foreign(path, "an HDF5 file", read)
-    return LabFile(path, columns_of(arrays, units))
+    return arrays, units

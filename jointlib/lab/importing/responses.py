@@ -11,13 +11,15 @@ from jointlib.frf import Quantity
 from jointlib.lab.importing.draft import Draft, Noted, Table
 from jointlib.lab.importing.signals import by_name
 from jointlib.lab.lab_file import LabFile
+from jointlib.lab.response_arrays import is_frequency
 from jointlib.lab.response_columns import quantity_of, role_of
 from jointlib.units import scale
 
 
 def holds_responses(file: LabFile) -> bool:
-    """Whether a file holds frequency responses: those of a universal file, or lines under a frequency."""
-    if file.responses:
+    """Whether a file holds frequency responses: those of a universal file, lines under a frequency, or complex numbers
+    beside one."""
+    if file.responses or (file.spectra and any(is_frequency(c.name) for c in file.columns)):
         return True
     return len(file.columns) >= 3 and by_name(file.columns[0].name) == "frequency"
 
@@ -59,7 +61,7 @@ def _force(draft: Draft, table: Table, file: LabFile, at: str, several: bool) ->
 
 
 def _quantity(draft: Draft, table: Table, file: LabFile, at: str) -> None:
-    heads = " ".join(c.name.casefold() for c in file.columns)
+    heads = " ".join(name.casefold() for name in (*(c.name for c in file.columns), *file.spectra))
     found = next((of_unit[1].word for c in file.columns if (of_unit := quantity_of(c.unit)) is not None), None)
     named = next((q.word for q in Quantity if q.word in heads), None)
     if found or named:
