@@ -68,7 +68,7 @@ def _names(block: list[tuple[int, list[str]]]) -> Header | None:
     units: list[str] | None = None
     chosen = textual[0]
     for k, (_, cells) in enumerate(textual[:-1]):
-        if all(not c or is_unit(c) for c in cells) and any(cells):
+        if _mostly_units(cells):
             units, chosen = cells, textual[k + 1]
             break
     if units is None and len(textual) > 1 and all(unit_of(c) for c in textual[1][1]):
@@ -78,6 +78,13 @@ def _names(block: list[tuple[int, list[str]]]) -> Header | None:
     said = [bracketed(f"[{u.strip('[]() ')}]") if u else "" for u in units] if units else inside
     filled = tuple(name or f"column {k}" for k, name in enumerate(names, 1))
     return Header(filled, tuple(a or b for a, b in zip(said, inside, strict=True)), line, not all(names))
+
+
+def _mostly_units(cells: list[str]) -> bool:
+    """Whether a row is one of units: one among several that nobody knows makes it none of names."""
+    said = [c for c in cells if c]
+    known = sum(map(is_unit, said))
+    return known > 0 and (known == len(said) or (known > 2 and known == len(said) - 1))
 
 
 def _cells(line: str, separator: Separator, count: int, strictly: bool = False) -> list[str] | None:

@@ -17,6 +17,7 @@ from jointlib.errors import InputError
 from jointlib.io.measurement_file import read_measurement, read_records
 from jointlib.lab.dialect import Told
 from jointlib.lab.text_table import read_table
+from jointlib.lab.unit_words import unit_of
 
 DECIDED = {";": (".", ","), "\t": (".", ","), " ": (".", ","), ",": (".",), "|": (".", ",")}
 
@@ -269,3 +270,14 @@ def test_rows_may_end_before_a_column_of_remarks(mark: str, tmp_path: Path) -> N
 
 def test_a_name_too_many_without_any_remark_is_refused(tmp_path: Path) -> None:
     assert "3 names" in refusal(saved(tmp_path, "t;F;s\n0;1\n1;2\n2;3\n"))
+
+
+@pytest.mark.parametrize("unit", ["deg_C", "Celsius", "degSpecimen"])
+def test_one_unit_that_nobody_knows_makes_a_row_of_units_none_of_names(unit: str, tmp_path: Path) -> None:
+    """As a testing machine for elastomers writes it; the units were taken for names, and the names for a title."""
+    path = tmp_path / "mount.txt"
+    head = f"# specimen 4711\nTime\tAxial Displacement\tAxial Force\tTemperature\nsec\tmm\tNewtons\t{unit}\n"
+    path.write_text(head + "".join(f"{k / 100}\t{0.1 * k}\t{3.5 * k}\t23.4\n" for k in range(20)))
+    table = read_table(path)
+    assert table.names == ("Time", "Axial Displacement", "Axial Force", "Temperature")
+    assert [unit_of(u) for u in table.units[:3]] == ["s", "mm", "N"]
