@@ -5,6 +5,7 @@ Simulated by formulas that no law of the catalogue shares.
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -23,7 +24,7 @@ from jointlib.laws.linear import Linear
 from jointlib.laws.viscous import Viscous
 from jointlib.loop.answer.report import TraceReport, Verdict
 from jointlib.loop.path.columns import bare_forces
-from jointlib.loop.path.composed.follower import Follower
+from jointlib.loop.path.composed.follower import Follower, followers
 from jointlib.loop.path.composed.remains import said
 from jointlib.loop.path.force.followed import Followed
 from jointlib.loop.path.preparation import Run, choose_preparation, prepare
@@ -202,10 +203,39 @@ def test_a_law_with_memory_follows_a_still_input_as_the_joint_under_that_conditi
     assert force == pytest.approx(run.column(bare_forces([run], held)[0]), abs=1e-6)
 
 
+def test_the_noise_of_an_input_that_is_held_makes_no_points_of_its_table(tmp_path: Path) -> None:
+    columns, rng = damper(0, 0.0), np.random.default_rng(1)
+    columns["u"] = np.repeat([0.0, 1.0, 2.0], len(columns["z"]) // 3) + 0.003 * rng.standard_normal(len(columns["z"]))
+    points = followers([run_with(columns, tmp_path)])[0].points
+    assert points == pytest.approx((0.0, 1.0, 2.0), abs=0.01)
+
+
+@pytest.mark.slow
+def test_friction_that_follows_a_voltage_held_in_each_record_is_found(tmp_path: Path) -> None:
+    """Alone friction explains little, and damping by the voltage was refused: its factors were held against the damping
+    before, and not beside, them."""
+    rng, t, sources = np.random.default_rng(2), np.arange(round(20 * RATE)) / RATE, list[RecordSource]()
+    for volts in (0.0, 1.0, 2.0):
+        z = np.concatenate([a * np.sin(2 * np.pi * f * t[: len(t) // 2]) for a, f in ((5e-3, 1), (8e-3, 2))])
+        v = np.gradient(z, 1 / RATE)
+        force = 1800 * z + 800 * v + (40 + 260 * volts) * v / np.hypot(v, 1e-3) + 75.0
+        np.savez(tmp_path / f"{volts:g}.npz", z=z, F=force + 1.5 * rng.standard_normal(len(z)), u=0 * z + volts)
+        sources.append(RecordSource(tmp_path / f"{volts:g}.npz", "fit"))
+    held = replace(measured(tmp_path, damper(0, 0.0)), records=tuple(sources))
+    report = trace(held, SPRUNG)
+    assert report.verdict in (Verdict.IDENTIFIED, Verdict.AMBIGUOUS)
+    assert {c["family"] for c in report.composition} <= {"coulomb", "stribeck", "modulation"}
+    assert "slip-force by voltage" in members(report)
+    assert "the slip force follows the voltage: " in report.sentence
+    (table,) = (m for m in report.mended.modulations if m.role is Role.SLIP_FORCE)
+    assert [table.factor(u) for u in (0.0, 2.0)] == pytest.approx([40 / 300, 560 / 300], abs=0.05)
+
+
 @pytest.mark.parametrize("points", [2.0, 5.0])
 def test_the_columns_of_a_follower_are_the_slopes_of_its_force(tmp_path: Path, points: float) -> None:
     run = run_with(damper(0, 0.0), tmp_path)
-    follower = Follower(Role.SLIP_FORCE, "voltage", tuple(np.quantile(run.inputs["voltage"], (0, 0.25, 0.5, 0.75, 1))))
+    at = np.quantile(run.inputs["voltage"], (0, 0.25, 0.5, 0.75, 1))
+    follower = Follower(Role.SLIP_FORCE, "voltage", tuple(at), float(at[2]))
     joint = Joint((Linear(2000.0), Coulomb(10.0, 0.02)))
     start = follower.start(points, joint)
     columns = Followed((run,)).columns(joint, start)

@@ -69,7 +69,7 @@ def test_volts_are_told_of_the_channels_that_take_part(tmp_path: Path) -> None:
 )
 def test_a_modulation_is_told_per_value_of_what_it_follows(points: dict[str, float], said: str) -> None:
     table = ((290.0, 1.0467), (293.0, 1.0), (300.0, 0.97)) if len(points) == 2 else ((290.0, 1.02301), (300.0, 0.94631))
-    follower = Follower(Role.STIFFNESS, "temperature", (290.0, 291.0, 293.0, 296.0, 300.0))
+    follower = Follower(Role.STIFFNESS, "temperature", (290.0, 291.0, 293.0, 296.0, 300.0), 293.0)
     modulation = Modulation(Role.STIFFNESS, "temperature", 293.0, table)
     joint = Joint((Linear(1e6),), modulations=(modulation,))
     found = {n: Estimate(v, "1", 5e-4, (v - 1e-3, v + 1e-3)) for n, v in points.items()}
@@ -78,7 +78,7 @@ def test_a_modulation_is_told_per_value_of_what_it_follows(points: dict[str, flo
 
 def test_an_input_is_told_to_what_its_range_resolves() -> None:
     modulation = Modulation(Role.SLIP_FORCE, "voltage", 1.56094, ((-4.3e-5, 0.02), (1.56094, 1.0), (3.00052, 1.9)))
-    follower = Follower(Role.SLIP_FORCE, "voltage", (0.0, 1.0, 1.5, 2.0, 3.0))
+    follower = Follower(Role.SLIP_FORCE, "voltage", (0.0, 1.0, 1.5, 2.0, 3.0), 1.5)
     found = {
         n: Estimate(v, "1", 5e-4, (v - 1e-3, v + 1e-3)) for n, v in zip(names_of(modulation), (-0.98, 0.9), strict=True)
     }

@@ -17,8 +17,10 @@ from jointlib.modulation import CONDITIONS, Modulation, factors_of, lags_of, nam
 from jointlib.parameter import Role, parameters_of
 from jointlib.units import with_error
 
-STRAIGHT, TABLE = 2.0, 5.0
-"""Points of the tables that are tried."""
+STRAIGHT = 2.0
+"""Points of a table that is a straight line."""
+_APART = 0.03
+"""Of the range of an input: points of a table that are nearer are one level of it, and its noise."""
 FOLLOWING = (Role.STIFFNESS, Role.DAMPING, Role.SLIP_FORCE, Role.PRELOAD)
 """Roles whose parameters may follow an input."""
 
@@ -34,8 +36,10 @@ class Following(JointEffect):
     role: Role
     condition: str
     """What the input is in :data:`jointlib.modulation.CONDITIONS`."""
-    quantiles: tuple[float, ...]
-    """The input at 0, 25, 50, 75 and 100 % of the samples, or at 0, 50 and 100 %, SI."""
+    points: tuple[float, ...]
+    """Of the table: the input at 0, 25, 50, 75 and 100 % of the samples, SI; one for each of its levels."""
+    reference: float
+    """The median of the input."""
 
     family: ClassVar[str] = "modulation"
     unit: ClassVar[str] = "1"
@@ -59,15 +63,24 @@ class Following(JointEffect):
             for p in parameters_of(law)
         )
         known = any((m.role, m.condition) == (self.role, self.condition) for m in joint.modulations)
-        at_once = len(set(self.quantiles)) == len(self.quantiles)
-        return tuple({"points": n} for n in (STRAIGHT, TABLE) if n == STRAIGHT or at_once) if has and not known else ()
+        counts = sorted({STRAIGHT, float(len(self.points))})
+        return tuple({"points": n} for n in counts) if has and not known else ()
+
+    def size_of(self, joint: Joint) -> float:
+        """Sum of the parameters of the role in a joint, which the factors multiply; each in its SI unit."""
+        own = [
+            np.abs(np.asarray(getattr(law, p.name))).sum()
+            for law in joint.laws
+            for p in parameters_of(law)
+            if p.role is self.role
+        ]
+        return float(sum(own))
 
     def start(self, points: float, joint: Joint) -> Modulation:
         """The modulation with factor 1 throughout, as late as what follows the input already."""
-        at = self.quantiles if points > STRAIGHT else (self.quantiles[0], self.quantiles[-1])
+        at = self.points if points > STRAIGHT else (self.points[0], self.points[-1])
         lag = lags_of(joint.modulations).get(self.condition, 0.0)
-        middle = self.quantiles[len(self.quantiles) // 2]
-        return Modulation(self.role, self.condition, middle, tuple((u, 1.0) for u in at), lag=lag)
+        return Modulation(self.role, self.condition, self.reference, tuple((u, 1.0) for u in at), lag=lag)
 
     def columns(self, path: Path, shape: Mapping[str, float], joint: Joint) -> Array:
         raise NotImplementedError("columns need the input beside the path")
@@ -82,19 +95,27 @@ class Following(JointEffect):
         return None if moved is None else replace(joint, modulations=(*joint.modulations, moved), covariance=None)
 
 
-def quantiles_of(along: Sequence[Array]) -> tuple[float, ...] | None:
-    """0, 25, 50, 75 and 100 % of an input over several records; None where it is the same throughout."""
+def points_of(along: Sequence[Array]) -> tuple[tuple[float, ...], float] | None:
+    """Points of a table over an input along several records, and its median; None where it is the same throughout.
+
+    Quartiles that lie close together make one point, the median or their mean.
+    """
     at = np.quantile(np.concatenate(along), (0, 0.25, 0.5, 0.75, 1))
-    return tuple(at.tolist()) if at[-1] > at[0] else None
+    if not at[-1] > at[0]:
+        return None
+    ends = np.flatnonzero(np.diff(at) > _APART * (at[-1] - at[0])) + 1
+    levels, middle = np.split(at, ends), float(at[2])
+    return tuple(middle if at[2] in level else float(np.mean(level)) for level in levels), middle
 
 
-def levels_of(values: Sequence[float]) -> tuple[float, ...] | None:
-    """The lowest, the middle and the highest of the values at which an input stood still; None where it never moved.
+def levels_of(values: Sequence[float]) -> tuple[tuple[float, ...], float] | None:
+    """The same of few values at which an input stood still: the lowest, the middle one and the highest.
 
     They are values of records, for what a parameter is between them no record tells.
     """
     at = sorted(set(values))
-    return (at[0], at[len(at) // 2], at[-1]) if len(at) > 1 else None
+    middle = at[len(at) // 2]
+    return (tuple(sorted({at[0], middle, at[-1]})), middle) if len(at) > 1 else None
 
 
 def following_in_words(member: str) -> str:

@@ -9,7 +9,7 @@ import numpy as np
 
 from jointlib.arrays import Array
 from jointlib.fault import Shape
-from jointlib.loop.answer.following import FOLLOWING, TABLE, Following, levels_of, quantiles_of
+from jointlib.loop.answer.following import FOLLOWING, Following, levels_of, points_of
 from jointlib.loop.answer.report import Estimate
 from jointlib.loop.balance.tangents import followed_slopes
 from jointlib.loop.contest.contestant import InJoint, bare
@@ -58,7 +58,7 @@ class OnInput(InJoint):
         if len(effect.shapes(None, fitted.joint)) == 1:
             return straight
         at = mended.modulations[-1]
-        table = effect.start(TABLE, fitted.joint)
+        table = effect.start(float(len(effect.points)), fitted.joint)
         bent = replace(table, table=tuple((u, at.factor(u)) for u, _ in table.table))
         joint = replace(straight.joint, modulations=(*straight.joint.modulations[:-1], bent))
         curved = fit(fitted.raws, joint, fitted.free, fitted.found)
@@ -77,7 +77,7 @@ def on_inputs(fitted: Fitted) -> tuple[OnInput, ...]:
         if all(len(u) == 1 for u in along) and len(raws) < _MANY:
             at = levels_of([float(u[0]) for u in along])
         else:
-            at = quantiles_of([np.broadcast_to(u, r.spectra.samples) for u, r in zip(along, raws, strict=True)])
+            at = points_of([np.broadcast_to(u, r.spectra.samples) for u, r in zip(along, raws, strict=True)])
         if at is not None:
-            out += [OnInput(Following(role, condition, at)) for role in FOLLOWING]
+            out += [OnInput(Following(role, condition, *at)) for role in FOLLOWING]
     return tuple(out)

@@ -86,7 +86,7 @@ def set_by(term: Term, fitted: Fitted, current: Fitted) -> dict[str, Estimate]:
 def _names(effect: Effect, trial: Trial, current: Fitted) -> tuple[str, ...]:
     """Parameters of the mended model that an effect sets."""
     if isinstance(effect, AlongInput):
-        return tuple(effect.sizes(trial.coefficients, trial.shape, current.joint))
+        return tuple(effect.sizes(0 * trial.coefficients, trial.shape, current.joint))
     if isinstance(effect, PathFault):
         return tuple(f"{effect.family.replace('-', '_')}.{name}" for name in effect.parameters)
     return moved_by(effect, trial.coefficients, trial.shape, current.joint)
@@ -104,8 +104,10 @@ def _parameters(entry: Entry, current: Fitted) -> Mapping[str, Estimate]:
         units = shape_units(effect, current.joint)
         return coefficients | {n: bare(v, units[n]) for n, v in best.shape.items()}
     if isinstance(effect, AlongInput):
-        sizes = effect.sizes(best.coefficients, best.shape, current.joint)
-        return {n: bare(v, effect.unit) for n, v in sizes.items()}
+        modulations = best.model.joint.modulations
+        sizes = {n: v for m in modulations for n, v in factors_of(m).items()}
+        sizes |= {lag_name(condition): lag for condition, lag in lags_of(modulations).items()}
+        return {n: bare(sizes[n], effect.unit) for n in _names(effect, best, current) if n in sizes}
     have, units = best.model.joint.parameters, best.model.joint.units
     names = [n for n in have if n not in current.joint.parameters]
     names = names or list(_names(effect, best, current))

@@ -14,6 +14,7 @@ from jointlib.errors import InputError
 from jointlib.joint import Joint
 from jointlib.loop.path.columns import ColumnStore
 from jointlib.loop.path.composed.along_input import AlongInput
+from jointlib.loop.path.composed.follower import Follower
 from jointlib.loop.path.evidence import Known, Model
 from jointlib.loop.path.fitted import Fitted, named_by_role
 from jointlib.loop.path.regression import Mask, hold_out, loss, solve, solve_signed, with_columns
@@ -153,6 +154,8 @@ def applied(
         return None
     joint = _moved(current, beta) if onto is None else onto.joint
     faults, own = (current.model if onto is None else onto).faults, beta[len(current.names) :]
+    if isinstance(effect, Follower):
+        own = own * effect.size_of(current.joint) / (effect.size_of(joint) or effect.size_of(current.joint))
     if isinstance(effect, PathFault):
         parameters = effect.correction(own, shape)
         return None if parameters is None else Model(joint, (*faults, Known(effect, parameters)))

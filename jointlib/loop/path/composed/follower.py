@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from jointlib.arrays import Array
 from jointlib.joint import Joint
-from jointlib.loop.answer.following import FOLLOWING, Following, quantiles_of
+from jointlib.loop.answer.following import FOLLOWING, Following, points_of
 from jointlib.loop.path.composed.along_input import AlongInput
 from jointlib.loop.path.evidence import Evidence
 from jointlib.loop.path.preparation import Run
@@ -25,7 +25,7 @@ def followers(runs: Sequence[Run]) -> tuple[Follower, ...]:
     """Every role of parameters by every input that moves."""
     out = []
     for condition in runs[0].inputs:
-        at = quantiles_of([run.inputs[condition][run.keep] for run in runs])
+        at = points_of([run.inputs[condition][run.keep] for run in runs])
         if at is not None:
-            out += [Follower(role, condition, at) for role in FOLLOWING]
+            out += [Follower(role, condition, *at) for role in FOLLOWING]
     return tuple(out)
