@@ -96,16 +96,10 @@ class Following(JointEffect):
 
 
 def points_of(along: Sequence[Array]) -> tuple[tuple[float, ...], float] | None:
-    """Points of a table over an input along several records, and its median; None where it is the same throughout.
-
-    Quartiles that lie close together make one point, the median or their mean.
-    """
+    """Points of a table over an input along several records, its quartiles, and its median; None where it is the same
+    throughout."""
     at = np.quantile(np.concatenate(along), (0, 0.25, 0.5, 0.75, 1))
-    if not at[-1] > at[0]:
-        return None
-    ends = np.flatnonzero(np.diff(at) > _APART * (at[-1] - at[0])) + 1
-    levels, middle = np.split(at, ends), float(at[2])
-    return tuple(middle if at[2] in level else float(np.mean(level)) for level in levels), middle
+    return (_apart(at, at[2]), float(at[2])) if at[-1] > at[0] else None
 
 
 def levels_of(values: Sequence[float]) -> tuple[tuple[float, ...], float] | None:
@@ -113,9 +107,15 @@ def levels_of(values: Sequence[float]) -> tuple[tuple[float, ...], float] | None
 
     They are values of records, for what a parameter is between them no record tells.
     """
-    at = sorted(set(values))
+    at = np.sort(values)
     middle = at[len(at) // 2]
-    return (tuple(sorted({at[0], middle, at[-1]})), middle) if len(at) > 1 else None
+    return (_apart(np.array([at[0], middle, at[-1]]), middle), float(middle)) if at[-1] > at[0] else None
+
+
+def _apart(at: Array, middle: float) -> tuple[float, ...]:
+    """Rising values with one for those that lie close together: the middle one or their mean."""
+    ends = np.flatnonzero(np.diff(at) > _APART * (at[-1] - at[0])) + 1
+    return tuple(float(middle if middle in level else np.mean(level)) for level in np.split(at, ends))
 
 
 def following_in_words(member: str) -> str:
