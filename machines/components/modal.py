@@ -119,7 +119,8 @@ class Modal(Component):
     @classmethod
     def _from_file(cls, section: Section) -> Modal:
         name, dofs, path = section.text("name"), section.words("dofs"), Path(section.path("file"))
-        given = section.numbers("damping_ratio", "1", None)
+        frequency, given = section.numbers("frequency", "Hz", None), section.numbers("damping_ratio", "1", None)
+        mass = section.numbers("modal_mass", "kg", None)
         try:
             modes = read_modes(path, dofs, section.words("at", None))
         except InputError as error:
@@ -128,7 +129,10 @@ class Modal(Component):
         if ratio is None:
             raise InputError(f"{section.where}: {path} tells no damping, expected damping_ratio, one per mode")
         weight = section.number("mass", "kg", None), section.words("carries", None)
-        found = name, dofs, modes.frequency, ratio, modes.shapes, modes.modal_mass
+        found = (
+            *(name, dofs, modes.frequency if frequency is None else np.array(frequency), ratio, modes.shapes),
+            modes.modal_mass if mass is None else np.array(mass),
+        )
         return cls(*found, *weight, modes.notes, *_errors(section))
 
     @property

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from jointlib.arrays import Array
 from jointlib.cuts.judged import JudgedCut, heard_of, judged_cuts
 from jointlib.cuts.strange import strange
 from jointlib.errors import InputError
@@ -197,13 +198,16 @@ def _changes(machine: Machine, outcome: Outcome) -> tuple[Mapping[str, Any], str
             part, row = found
             factor, name = value["factor"], f"component.{part.name}"
             if of.family == "mode-damping":
-                return {f"{name}.damping_ratio[{row}]": float(part.damping_ratio[row] * factor)}, ""
+                return {f"{name}.damping_ratio": _scaled(part.damping_ratio, row, factor)}, ""
             assert part.modal_mass is not None
-            mass = part.modal_mass.copy()
-            mass[row] *= factor ** (-2 * value["mass_share"])
-            frequency = float(part.frequency[row] * factor)
-            return {f"{name}.frequency[{row}]": frequency, f"{name}.modal_mass": mass.tolist()}, ""
+            frequency = _scaled(part.frequency, row, factor)
+            mass = _scaled(part.modal_mass, row, factor ** (-2 * value["mass_share"]))
+            return {f"{name}.frequency": frequency, f"{name}.modal_mass": mass}, ""
     return {}, f"{of.family} is no key of the machine file: the mended machine is the one that went in."
+
+
+def _scaled(values: Array, row: int, factor: float) -> list[float]:
+    return [float(value * factor) if i == row else float(value) for i, value in enumerate(values)]
 
 
 def _mode_of(machine: Machine, frequency: float) -> tuple[Modal, int] | None:

@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+import os
 import re
 from collections.abc import Mapping, Sequence
+from pathlib import Path
 from typing import Any
 
 from jointlib.errors import InputError, nearest
 from jointlib.io.toml import Section
+
+from ..model.named_files import read, renamed
 
 _NAMED = ("component", "connection", "bundle", "axis")
 _ONE_OF = ("joint", "identify", "rigid")
@@ -23,7 +27,8 @@ def change(documents: Sequence[Section], changes: Mapping[str, Any], where: str)
     number from 0; a law of a joint that stands in the file by its name as well, ``connection.foot.joint.viscous``. A
     key that the file leaves out may be set; what no file has is refused when the file is read. Where the value is a
     table and a table stands at the path, ``bundle.x_guide``, its keys take the place of those there. A joint given to a
-    connection takes the place of records to identify one from, or of a rigid connection.
+    connection takes the place of records to identify one from, or of a rigid connection. A component that stands in a
+    file of its own is changed in the machine alone: the keys of that file stand for it then.
     """
     for path, value in changes.items():
         _put(documents, path, value, where)
@@ -45,6 +50,9 @@ def _put(documents: Sequence[Section], path: str, value: Any, where: str) -> Non
             word = rest.partition(".")[0]
             raise InputError(f"{where}: path {path!r}: no {kind} {word!r}, {nearest(word, tables)}")
         target, rest = tables[found[0]], found[1]
+        if kind == "component" and rest and _STEP.findall(rest)[:1] not in ([("file", "")], [("speed", "")]):
+            document = next(d for d in documents if any(t is target for t in d.raw()[kind]))
+            _stand_for_itself(target, document.folder)
     else:
         target, rest = documents[-1].raw(), path
         known = [*_NAMED, *(key for key in target if key not in _NAMED)]
@@ -69,6 +77,17 @@ def _put(documents: Sequence[Section], path: str, value: Any, where: str) -> Non
         for other in _ONE_OF:
             if other != last:
                 target.pop(other, None)
+
+
+def _stand_for_itself(component: dict[str, Any], folder: Path) -> None:
+    """Put the keys of the component file that a table names in its place; files are seen from ``folder``."""
+    file = component.get("file")
+    if not isinstance(file, str) or not file.endswith(".toml") or not (folder / file).is_file():
+        return  # What is wrong with a file is told when the machine is read.
+    home = (folder / file).parent
+    held = renamed(read(folder / file), home, lambda path: Path(os.path.relpath(path, folder)).as_posix())
+    del component["file"]
+    component |= {key: value for key, value in held.items() if key not in ("schema", "name", "provenance")}
 
 
 def _words(steps: Sequence[str | int]) -> list[str]:

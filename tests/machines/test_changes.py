@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+import tomllib
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+import tomli_w
 
 from jointlib import read_joint
 from jointlib.errors import InputError
 from machines import Machine, frozen_receptance, read_machine
+from machines.files.machine_writer import write_machine
 
 LIBRARY = Path("machines/library")
 TOOL, TWO_MASS, MILL = LIBRARY / "two_mode_tool.toml", LIBRARY / "two_mass.toml", LIBRARY / "column_mill_a.toml"
@@ -133,3 +136,28 @@ def test_a_joint_given_takes_the_place_of_records_and_of_a_rigid_connection() ->
         assert (found.joint, found.identify, found.rigid) == (read_joint(file), None, False)
     held = next(c for c in read_machine(path, {"connection.guide.rigid": True}).connections if c.name == "guide")
     assert (held.joint, held.identify, held.rigid) == (None, None, True)
+
+
+def test_a_component_in_a_file_of_its_own_is_changed_in_the_machine_alone(tmp_path: Path) -> None:
+
+    home, away = tmp_path / "home", tmp_path / "home" / "parts"
+    away.mkdir(parents=True)
+    table = tomllib.loads(TOOL.read_text())
+    (cutter,) = table["component"]
+    part = {key: value for key, value in cutter.items() if key != "name"}
+    modes = {"frequency": cutter["frequency"], "damping_ratio": cutter["damping_ratio"], "shapes": cutter["shapes"]}
+    np.savez(away / "modes.npz", **modes, modal_mass=cutter["modal_mass"])
+    of_modes = {"kind": "modal", "dofs": cutter["dofs"], "file": "modes.npz"}
+    for name, keys in (("whole", part), ("modes", of_modes)):
+        file = away / f"{name}.component.toml"
+        file.write_text(before := tomli_w.dumps({"schema": "jointlib/component/1", **keys}))
+        machine = home / f"{name}.toml"
+        machine.write_text(
+            tomli_w.dumps({**table, "component": [{"name": "cutter", "file": f"parts/{name}.component.toml"}]})
+        )
+        new = {"component.cutter.frequency": [603.0, 700.0], "component.cutter.modal_mass": [0.8, 0.9]}
+        made = write_machine(machine, new, tmp_path / f"{name}_mended.toml")[0]
+        wanted = receptance(read_machine(TOOL, new))
+        assert np.allclose(receptance(read_machine(machine, new)), wanted, rtol=1e-12, atol=0)
+        assert np.allclose(receptance(read_machine(made)), wanted, rtol=1e-12, atol=0)
+        assert file.read_text() == before
