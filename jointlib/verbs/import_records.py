@@ -28,8 +28,8 @@ if TYPE_CHECKING:
 @click.option("-o", "output", type=Target(".toml"), required=True, help="The measurement file to write.")
 @json_option
 def command(files: tuple[Path, ...], kind: str | None, settings: tuple[str, ...], output: Path, as_json: bool) -> None:
-    """Read FILES as they are (text of any dialect, universal, TDMS, MATLAB, HDF5, WAV, LabVIEW, npz; or a folder with a
-    record in each file) and write the measurement file that names them.
+    """Read FILES as they are (text of any dialect, universal, TDMS, MATLAB, HDF5, WAV, LabVIEW, npz; a folder with a
+    record in each file; or a table of test cuts) and write the measurement file that names them.
 
     What the files do not say is guessed, and every guess is told here and beside its key. What can be read in two ways
     is refused with both readings.
@@ -58,19 +58,25 @@ def data(brought: Brought) -> dict[str, Any]:
             {"column": c.get("column", c["name"]), **{key: c.get(key) for key in ("name", "role", "quantity", "unit")}}
             for c in channels
         ],
-        "records": [names_of(t)["file"] for t in brought.draft.records],
+        "records": [names_of(t)["file"] for t in (*brought.draft.records, *brought.draft.cuts) if "file" in t],
         "guesses": brought.draft.guesses,
     }
 
 
 def words(brought: Brought) -> list[str]:
-    """Kind, records and channels, and the guesses as a list."""
+    """Kind, cuts, records and channels, and the guesses as a list."""
+    from jointlib.lab.importing.bring import names_of
+
     told = data(brought)
     count = len(told["records"])
     rate = f" at {told['sample_rate']:g} Hz" if told["sample_rate"] else ""
     lengths = {len(c.values) for f in brought.files for c in f.columns[:1]}
     span = f"{min(lengths)} to {max(lengths)}" if len(lengths) > 1 else str(*lengths)
-    lines = [f"{told['kind']}: {count} record{'s' * (count > 1)}{f' of {span} samples' if lengths else ''}{rate}"]
+    cuts = [names_of(t).get("verdict", "by its record") for t in brought.draft.cuts]
+    judged = ", ".join(f"{cuts.count(word)} {word}" for word in dict.fromkeys(cuts))
+    lines = [f"{told['kind']}: {len(cuts)} cuts, {judged}"] if cuts else []
+    if not cuts or count:
+        lines += [f"{told['kind']}: {count} record{'s' * (count > 1)}{f' of {span} samples' if lengths else ''}{rate}"]
     rows = [
         tuple(str(c[key] or "") for key in ("name", "column", "role", "quantity", "unit")) for c in told["channels"]
     ]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -12,7 +12,10 @@ from jointlib.errors import InputError, nearest
 from jointlib.lab.dialect import Told
 from jointlib.lab.importing.channels import channels_of
 from jointlib.lab.importing.clock import Clock, clock_of
+from jointlib.lab.importing.cut_rows import fill_cuts
+from jointlib.lab.importing.cut_table import CutTable, cut_tables
 from jointlib.lab.importing.draft import Draft, Noted, Table
+from jointlib.lab.importing.forces import force_roles, refuse_unsaid_cut
 from jointlib.lab.importing.kinds import Seen, likely_kind
 from jointlib.lab.importing.preamble import units_above
 from jointlib.lab.importing.responses import holds_responses, response_records
@@ -21,7 +24,7 @@ from jointlib.lab.importing.settings import Settings
 from jointlib.lab.lab_file import LabFile
 from jointlib.lab.open_file import FORMATS, TEXT, open_lab_file
 from jointlib.lab.separator import TOLD
-from jointlib.measurement import KINDS
+from jointlib.measurement import CUTS, FORCES, KINDS
 
 _SUFFIXES = {f".{suffix}" for suffix in (*TEXT, *FORMATS, "lvm")}
 _AGREE = 1e-3
@@ -33,6 +36,8 @@ class Brought:
 
     draft: Draft
     files: tuple[LabFile, ...]
+    tables: tuple[Path, ...] = ()
+    """Tables whose rows are cuts."""
 
     @property
     def kind(self) -> str:
@@ -44,9 +49,12 @@ def bring(paths: Sequence[Path], output: Path, kind: str | None, settings: Setti
     draft = Draft()
     found = _expanded(paths, draft)
     told = _told(settings.text)
+    kind = kind or settings.top.get("kind")
+    tables = cut_tables(found, told) if kind in (None, CUTS) else []
+    if tables:
+        return _of_cuts(draft, tables, output, settings, told)
     files = tuple(file for path in found for file in _opened(path, told).groups())
     draft.guesses += dict.fromkeys(f"{f.path.name}: {note}" for f in files for note in f.notes)
-    kind = kind or settings.top.get("kind")
     if kind is not None and kind not in KINDS:
         raise InputError(f"--kind: {kind!r}, {nearest(kind, KINDS)}")
     written = [Path(os.path.relpath(f.path, output.parent)).as_posix() for f in files]
@@ -63,7 +71,29 @@ def bring(paths: Sequence[Path], output: Path, kind: str | None, settings: Setti
             struck_places(draft, draft.records)
     _dialect(draft, files, settings)
     _settled(draft, settings, found)
+    if kind == FORCES:
+        refuse_unsaid_cut(output, settings.cutting, draft.records)
     return Brought(draft, files)
+
+
+def _of_cuts(draft: Draft, tables: Sequence[CutTable], output: Path, settings: Settings, told: Told) -> Brought:
+    """The draft of a campaign whose rows are cuts, with the records that they name."""
+    shared = dict(settings.cutting)
+    for table in tables:
+        fill_cuts(draft, table, shared, settings.verdict, os.path.relpath(table.path.parent, output.parent))
+    records = dict.fromkeys(output.parent / str(cut["file"].value) for cut in draft.cuts if "file" in cut)
+    missing = next((path for path in records if not path.is_file()), None)
+    if missing is not None:
+        raise InputError(f"{tables[0].path}: names the record {missing}, which does not exist")
+    files = tuple(file for path in records for file in _opened(path, told).groups())
+    if files:
+        _in_time(draft, files, CUTS, settings)
+        _dialect(draft, files, settings)
+    draft.top["kind"] = Noted(CUTS)
+    shared.pop("tool", None)
+    draft.override(draft.cutting, shared)
+    _settled(draft, settings, [table.path for table in tables])
+    return Brought(draft, files, tuple(table.path for table in tables))
 
 
 def _has_times(file: LabFile) -> bool:
@@ -100,13 +130,15 @@ def _in_time(draft: Draft, files: Sequence[LabFile], kind: str | None, settings:
         what = "no column of times, no rate in the file"
         wanted = "expected --set sample_rate='51.2 kHz'"
         if kind == "cuts":
-            row = "a row of a table of cuts is a [[cut]] of its own, with speed, depth, verdict and chatter_frequency"
+            row = "a table of cuts has headings as speed, depth, verdict and chatter frequency"
             raise InputError(f"{first.path}: {what}, {wanted} for the record of a cut; {row}")
         raise InputError(f"{first.path}: {what}, {wanted} for a {kind} measurement")
     if kind == "rig":
         rig_roles(draft, settings.top)
     elif kind == "path":
         followed_inputs(draft)
+    elif kind == FORCES:
+        force_roles(draft, str(settings.cutting.get("process", "milling")))
 
 
 def _of_clock(clock: Clock) -> str:
@@ -241,6 +273,8 @@ def _settled(draft: Draft, settings: Settings, found: Sequence[Path]) -> None:
         draft.top[key] = Noted(value, draft.top[key].comment if key == "sample_rate" and key in draft.top else "")
         draft.forget(key)
     draft.override(draft.estimate, settings.estimate)
+    if not draft.cuts:
+        draft.override(draft.cutting, settings.cutting)
     for name, values in settings.channel.items():
         draft.forget(*(f"channel.{name}.{key}" for key in values))
     for name, values in settings.record.items():
@@ -263,8 +297,3 @@ def _words_of(record: Table) -> tuple[str, ...]:
 def names_of(table: Table) -> dict[str, Any]:
     """The values of a table without their comments."""
     return {key: noted.value for key, noted in table.items()}
-
-
-def with_notes(brought: Brought, *notes: str) -> Brought:
-    """The same with further sentences."""
-    return replace(brought, draft=replace(brought.draft, guesses=[*brought.draft.guesses, *notes]))

@@ -26,8 +26,10 @@ class Draft:
     text: Table = field(default_factory=dict)
     bodies: Table = field(default_factory=dict)
     estimate: Table = field(default_factory=dict)
+    cutting: Table = field(default_factory=dict)
     channels: list[Table] = field(default_factory=list)
     records: list[Table] = field(default_factory=list)
+    cuts: list[Table] = field(default_factory=list)
     guesses: list[str] = field(default_factory=list)
     """Sentences on what the files do not say, and on what is not as usual."""
 

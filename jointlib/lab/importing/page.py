@@ -16,10 +16,11 @@ def page(draft: Draft, files: str) -> str:
     """The file as TOML; what is marked as a guess is what the records do not say."""
     lines = [f"{FIRST} from {files}. What is marked as a guess the files do not say."]
     lines += ['schema = "jointlib/measurement/1"', *_rows(draft.top)]
-    for name, table in (("text", draft.text), ("bodies", draft.bodies), ("estimate", draft.estimate)):
+    single = {"text": draft.text, "bodies": draft.bodies, "estimate": draft.estimate, "cutting": draft.cutting}
+    for name, table in single.items():
         if table:
             lines += ["", f"[{name}]", *_rows(table)]
-    for name, tables in (("channel", draft.channels), ("record", draft.records)):
+    for name, tables in (("channel", draft.channels), ("record", draft.records), ("cut", draft.cuts)):
         for table in tables:
             lines += ["", f"[[{name}]]", *_rows(table)]
     return "\n".join(lines) + "\n"

@@ -10,7 +10,7 @@ from typing import Any
 from jointlib.errors import InputError, nearest
 
 TOP = ("kind", "sample_rate", "period", "settle", "band", "driven", "carriage", "modal_mass", "simulated")
-TABLES = ("text", "bodies", "channel", "record", "estimate")
+TABLES = ("text", "bodies", "channel", "record", "estimate", "cutting", "verdict")
 _WORDS = {
     *("kind", "driven", "name", "column", "role", "quantity", "unit", "sensitivity", "direction", "body", "dof"),
     *(
@@ -24,6 +24,10 @@ _WORDS = {
         "response_at",
         "drive_at",
         "file",
+        "mode",
+        "process",
+        "tool",
+        "acts_on",
     ),
 }
 """Keys whose value is a word even where it looks like a number."""
@@ -31,12 +35,15 @@ _WORDS = {
 
 @dataclass(frozen=True)
 class Settings:
-    """Values by key: at the top, in ``[text]``, ``[bodies]``, and of channels and records by their name."""
+    """Values by key: at the top, in ``[text]`` and other tables, and of channels and records by their name."""
 
     top: Mapping[str, Any] = field(default_factory=dict)
     text: Mapping[str, Any] = field(default_factory=dict)
     bodies: Mapping[str, Any] = field(default_factory=dict)
     estimate: Mapping[str, Any] = field(default_factory=dict)
+    cutting: Mapping[str, Any] = field(default_factory=dict)
+    verdict: Mapping[str, Any] = field(default_factory=dict)
+    """What the words of a table of cuts mean."""
     channel: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
     record: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
 

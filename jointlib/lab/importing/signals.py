@@ -12,7 +12,7 @@ _WORDS = (
     ("time", r"^(t|time|zeit|temps|tiempo|x_value|timestamp|elapsed|clock)$|^(time|zeit|temps)[ _]|[ _](time|zeit)$"),
     ("frequency", r"^(f|freq|frequency|frequenz|fr[eé]quence|hz)$|^freq|frequen"),
     ("acceleration", r"^(a\d*|ax|ay|az)$|\bacc|accel|beschl|^acc|_acc"),
-    ("force", r"^(p|f\d*|fx|fy|fz|force|kraft)$|force|kraft|hammer|load|\blast\b|impact"),
+    ("force", r"^(p|f\d*|f[xyzcfp]|force|kraft)$|force|kraft|hammer|load|\blast\b|impact"),
     ("velocity", r"^v\d*$|veloc|speed|geschw|\bvel"),
     ("displacement", r"^[zxy]\d*$|disp|defl|\bweg\b|verschiebung|auslenkung|travel|lvdt"),
     ("position", r"pos|\bq\w*\b"),

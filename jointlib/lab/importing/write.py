@@ -50,10 +50,10 @@ def import_records(
 
 
 def _text(brought: Brought, output: Path) -> str:
-    names = list(dict.fromkeys(file.path.name for file in brought.files))
+    paths = dict.fromkeys([*brought.tables, *(file.path for file in brought.files)])
+    names = list(dict.fromkeys(path.name for path in paths))
     shown = ", ".join(names[:4]) + (f" and {len(names) - 4} more" if len(names) > 4 else "")
     above = page(brought.draft, shown)
-    paths = dict.fromkeys(file.path for file in brought.files)
     hashes = [{"file": path.name, "sha256": sha256(path)} for path in paths]
     lines = [f"program = {toml('jointlib import ' + version('jointlib'))}", f"above = {toml(_hash(above))}"]
     lines += ["files = [", *(f"    {toml(one)}," for one in hashes), "]"]
