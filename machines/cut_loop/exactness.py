@@ -14,6 +14,7 @@ import numpy as np
 
 from jointlib.arrays import Array, ComplexArray
 from jointlib.errors import CheckFailed, InputError
+from jointlib.shown.progress import each
 
 from ..cutting.amplitude.frozen_lobes import lobes_at_amplitude
 from ..cutting.process.cutting import Cutting
@@ -89,7 +90,7 @@ def learnt(
     apart[0] = 0.0
     y = np.zeros((tools, count))
     off, flip = np.zeros((tools, count)), np.zeros((tools, count), dtype=bool)
-    for i, row in enumerate(apart):
+    for i, row in enumerate(each("exact charts of like tools", apart, tools)):
         one = _other(tool.nominal, modes, np.exp(row[: len(modes)]), np.exp(row[len(modes) :]), tool)
         y[i], off[i], flip[i] = _compared(one, conditions, tool)
     terms = _terms(apart)
