@@ -13,9 +13,10 @@ from jointlib.arrays import Array
 from .sampled_tool import Drawn
 from .suspects import Suspect
 
-_BEYOND = 1.6
-"""Times the highest mode of the model up to which one may be missing."""
-_NODES = 1.15
+_BEYOND, _HEARD, _FARTHEST = 1.6, 1.15, 4.0
+"""Times the highest mode of the model up to which one may be missing; times the highest chatter that was heard, if that
+is more; and times the highest mode again, at most."""
+_NODES = 1.15 / 1.6
 """Times the same for which nodes lie closely enough: 2.9 to a period of the fastest that may be missing."""
 
 _PLACED = 1.5
@@ -117,6 +118,8 @@ class MissingMode(Suspect):
     """Hz of the modes that the model has."""
     compliance: float
     """m/N, dynamic, of the strongest of them along the axis: 1/(2kζ)."""
+    heard: float = 0.0
+    """Hz of the highest chatter that was heard; 0 where none was."""
 
     family: ClassVar[str] = "missing-mode"
     parameters: ClassVar[tuple[tuple[str, str], ...]] = (
@@ -131,11 +134,16 @@ class MissingMode(Suspect):
 
     @property
     def highest(self) -> float:
-        return _NODES * self.high
+        return _NODES * self.top
+
+    @property
+    def top(self) -> float:
+        """Hz up to which it may lie."""
+        return min(max(_BEYOND * self.high, _HEARD * self.heard), _FARTHEST * self.high)
 
     def values(self, z: Array) -> Array:
         share = 0.5 * (1 + np.tanh(0.8 * z[:, 0]))  # nearly even between both ends
-        frequency = 0.6 * self.low * (_BEYOND * self.high / (0.6 * self.low)) ** share
+        frequency = 0.6 * self.low * (self.top / (0.6 * self.low)) ** share
         ratio = np.minimum(0.03 * np.exp(0.4 * z[:, 2]), 0.5)
         peak = 0.7 * self.compliance * np.exp(0.7 * z[:, 1])
         return np.stack([frequency, 1 / (2 * ratio * peak), ratio], axis=1)

@@ -11,11 +11,12 @@ from .suspects import Coefficient, ProcessDamping, RunOut, Suspect
 
 
 def suspects_of(
-    tool: SampledTool, cutting: Cutting, fastest: float, usual: float
+    tool: SampledTool, cutting: Cutting, fastest: float, usual: float, heard: float = 0.0
 ) -> tuple[list[Suspect], list[dict[str, str]]]:
     """Those that can be told apart on this machine, and what cannot be decided with the reason.
 
-    ``fastest`` is the highest speed of the cuts in rpm and ``usual`` a depth in their middle, m.
+    ``fastest`` is the highest speed of the cuts in rpm, ``usual`` a depth in their middle, m, and ``heard`` the highest
+    chatter frequency in Hz.
     """
     found: list[Suspect] = [Coefficient()]
     undecided = []
@@ -36,7 +37,7 @@ def suspects_of(
     ends = tool.frequency(modes[0]), tool.frequency(modes[-1])
     for axis, name in enumerate(tool.axes):
         peak = np.median(np.abs(tool.residue[:, modes, axis, axis]) / np.abs(tool.poles[:, modes].real), axis=0)
-        found.append(MissingMode(axis, name, *ends, float(np.max(peak))))
+        found.append(MissingMode(axis, name, *ends, float(np.max(peak)), heard))
     if cutting.process != "milling" or cutting.pitch is not None or cutting.helix is not None:
         for family in ("joint-slip", "run-out"):
             undecided.append({"family": family, "needs": "milling with even, straight teeth"})

@@ -739,3 +739,25 @@ def test_the_frequency_of_a_missing_mode_is_one_number_only_where_the_cuts_place
     wide = missing.told_within(value, {"frequency": (551.0, 1648.0)})
     assert "1439" not in wide
     assert "from 551 to 1648 Hz" in wide
+
+
+@pytest.mark.parametrize(("heard", "top"), [(0.0, 1440.0), (1200.0, 1440.0), (1800.0, 2070.0), (9000.0, 3600.0)])
+def test_a_mode_may_be_missing_where_chatter_was_heard(heard: float, top: float) -> None:
+    missing = MissingMode(0, "x", 500.0, 900.0, 1e-7, heard)
+    frequency = missing.values(np.array([[-6.0, 0.0, 0.0], [0.0, 0.0, 0.0], [6.0, 0.0, 0.0]]))[:, 0]
+    np.testing.assert_allclose(frequency, [300.0, np.sqrt(300.0 * top), top], rtol=1e-3)
+    assert missing.highest == pytest.approx(1.15 / 1.6 * top)
+
+
+def test_the_highest_chatter_that_was_heard_goes_to_the_modes_that_may_be_missing(tmp_path: Path) -> None:
+    machine = machine_of(tmp_path)
+    tool, table = sampled_tool(machine, 10, 0, 25.0), Cutting(**dict(machine.cutting or {}))
+    tops = [
+        one.top
+        for heard in (0.0, 2.5 * tool.highest)
+        for one in suspects_of(tool, table, 4100.0, 1e-3, heard)[0]
+        if isinstance(one, MissingMode)
+    ]
+    low, high = tops[: len(tops) // 2], tops[len(tops) // 2 :]
+    np.testing.assert_allclose(high, 2.875 * tool.highest, rtol=1e-9)
+    np.testing.assert_allclose(low, 1.6 * tool.highest, rtol=1e-9)
