@@ -46,17 +46,24 @@ def identify_cutting(measurement: Measurement) -> CuttingForces:
     zero, doubt = _zero(opened, [c.name for c in channels])
     sign = -1.0 if measurement.acts_on == "workpiece" else 1.0
     highest, messages = _highest(measurement, transfers)
-    records, unheard = [], []
+    records, unheard, drifts = [], [], dict[str, float]()
     for record in opened:
         if record.source.role != "fit":
             continue
         assert record.source.cut is not None
         force: Array = sign * np.array([record.channels[c.name] - zero.get(c.name, 0.0) for c in channels])
-        made, heard = _lines(record, record.source.cut, force, [c.name for c in channels], highest, transfers)
+        made, heard, drift = _lines(record, record.source.cut, force, [c.name for c in channels], highest, transfers)
+        for channel, by in zip(channels, np.abs(drift), strict=True):
+            drifts[channel.name] = max(drifts.get(channel.name, 0.0), float(by))
         records.append(replace(made, zero=doubt))
         unheard += [] if heard else [record.name]
     if not zero:
         messages.append("No quiet record: the zero of the dynamometer is taken as it stands in the records.")
+    messages += [
+        f"{name} drifts by up to {by:.3g} N along a record: half of that is counted as an error of its mean."
+        for name, by in drifts.items()
+        if by > 0
+    ]
     refuse_teeth(measurement, records)
     try:
         means = by_means(records)
@@ -114,8 +121,8 @@ def _highest(m: Measurement, transfers: Mapping[str, Transfer]) -> tuple[float, 
 
 def _lines(
     record: Record, cut: Cut, force: Array, names: Sequence[str], highest: float, transfers: Mapping[str, Transfer]
-) -> tuple[ForceRecord, bool]:
-    """The lines of one record with the dynamometer taken out, and whether the teeth were heard."""
+) -> tuple[ForceRecord, bool, Array]:
+    """The lines of one record with the dynamometer taken out, whether the teeth were heard, and drifts in N."""
     axes = tuple(AXES[cut.process].index(name) for name in names)
     top = 0.0 if cut.process == "turning" else highest
     found = tooth_lines(force, record.sample_rate, cut.frequency, cut.teeth, top, record.name)
@@ -133,7 +140,7 @@ def _lines(
     value[0], turn[0] = value[0].real, turn[0].real
     running = replace(cut, speed=60 * found.frequency / cut.teeth)
     made = ForceRecord(record.name, running, axes, value, variance, np.zeros(len(axes)), turn, turn_variance)
-    return made, found.heard or top == 0
+    return made, found.heard or top == 0, found.drift
 
 
 def _result(

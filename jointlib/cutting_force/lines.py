@@ -19,6 +19,8 @@ _ORDERS, _ROUNDS = 4, 3
 """Orders of the teeth that tell the speed, and how often it is corrected."""
 _STANDS_OUT = 6.0
 """Deviations of its scatter from which on a line of the teeth is heard."""
+_DRIFTS = 5.0
+"""Standard errors from which on the means of blocks rise or fall along a record."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,6 +46,8 @@ class ToothLines:
     turn: ComplexArray
     """N, (orders of the revolution, channels): those between the lines of the teeth too."""
     turn_variance: Array
+    drift: Array
+    """N by which the mean of each channel rises along the record; 0 where that is no more than its scatter."""
 
 
 def tooth_lines(
@@ -53,7 +57,8 @@ def tooth_lines(
 
     The spindle turns within 2 % of what was asked for; the speed is the one at which the lines of the teeth collect
     most, then that at which their phase stands still from block to block. Each block holds whole revolutions, so that
-    run-out, which repeats with them, is in no line of the teeth; the scatter of the blocks gives the variance.
+    run-out, which repeats with them, is in no line of the teeth; the scatter of the blocks gives the variance. Of
+    a mean that drifts, as that of a piezo, nobody knows when its zero was right: half of the drift is an error of it.
     """
     revolutions = int(force.shape[1] / rate * nominal / per_revolution)
     if revolutions < _FEWEST:
@@ -69,12 +74,16 @@ def tooth_lines(
     blocks = len(found)
     value = np.mean(found, axis=0)
     spread = np.sum(np.abs(found - value) ** 2, axis=0) / (blocks * (blocks - 1))
+    drift = _drift_of_means(found[:, 0].real)
     variance = _smooth(spread)
+    variance[0] += drift**2 / 4
     heard = bool(np.any(np.abs(value[1:]) > _STANDS_OUT * np.sqrt(variance[1:])))
     turns, _ = _blocks(force, rate, frequency / per_revolution, 1, orders * per_revolution)
     turn = np.mean(turns, axis=0)
     scatter = np.sum(np.abs(turns - turn) ** 2, axis=0) / (len(turns) * (len(turns) - 1))
-    return ToothLines(frequency, value, variance, heard, turn, _smooth(scatter))
+    turn_variance = _smooth(scatter)
+    turn_variance[0] += drift**2 / 4
+    return ToothLines(frequency, value, variance, heard, turn, turn_variance, drift)
 
 
 def _blocks(
@@ -97,6 +106,15 @@ def _fitted(force: Array, time: Array, frequency: float, orders: int) -> Complex
     solved = np.linalg.lstsq(columns, force.T, rcond=None)[0]
     lines = (solved[1 : orders + 1] - 1j * solved[orders + 1 :]) / 2
     return np.concatenate([solved[:1].astype(complex), lines])
+
+
+def _drift_of_means(means: Array) -> Array:
+    """N from the first block to the last along a straight line through means, (blocks, channels); 0 within scatter."""
+    at = np.linspace(-0.5, 0.5, len(means))
+    slope = at @ means / (at @ at)
+    rest = means - means.mean(axis=0) - at[:, None] * slope
+    error = np.sqrt(np.sum(rest**2, axis=0) / (len(means) - 2) / (at @ at))
+    return np.where(np.abs(slope) > _DRIFTS * error, slope, 0.0)
 
 
 def _loudest(force: Array, rate: float, nominal: float, orders: Array) -> float:

@@ -150,7 +150,8 @@ def test_a_resonance_of_the_dynamometer_that_nobody_tells_is_noticed(tmp_path: P
     assert np.max(np.abs(deviations(found))) < 4  # errors are raised by what the records miss
 
 
-def test_turning_gives_all_six_by_a_straight_line(tmp_path: Path) -> None:
+def turned_records(folder: Path, drift: float = 0.0) -> Path:
+    """A measurement of turned cuts whose zero drifts by so many N along each record."""
     rng = np.random.default_rng(5)
     text = 'schema = "jointlib/measurement/1"\nkind = "cutting-force"\nsample_rate = 2000\n'
     text += '[cutting]\nprocess = "turning"\nspeed = 1200\ndepth = "2 mm"\n'
@@ -158,13 +159,32 @@ def test_turning_gives_all_six_by_a_straight_line(tmp_path: Path) -> None:
         text += f'[[channel]]\nname = "{name}"\nquantity = "force"\n'
     for feed in (0.05, 0.1, 0.2):
         force = turned(EXAMPLE, feed * 1e-3, 2e-3, 2000.0, 1.0, NOISY, rng)
-        np.savez(tmp_path / f"{feed}.npz", **dict(zip(AXES["turning"], force, strict=True)))
+        force = force + drift * np.linspace(0, 1, force.shape[1])
+        np.savez(folder / f"{feed}.npz", **dict(zip(AXES["turning"], force, strict=True)))
         text += f'[[record]]\nfile = "{feed}.npz"\nfeed = "{feed} mm"\n'
-    (tmp_path / "turned.toml").write_text(text)
-    found = cutting_forces(tmp_path / "turned.toml", output=tmp_path / "steel.cutting.toml")
+    (folder / "turned.toml").write_text(text)
+    return folder / "turned.toml"
+
+
+def test_turning_gives_all_six_by_a_straight_line(tmp_path: Path) -> None:
+    found = cutting_forces(turned_records(tmp_path), output=tmp_path / "steel.cutting.toml")
     assert found.method == "average"
     assert np.max(np.abs(deviations(found))) < 4
     assert read_cutting_file(tmp_path / "steel.cutting.toml").process == "turning"
+    assert not any("drifts" in said for said in found.messages)
+
+
+def test_a_zero_that_drifts_is_told_and_counted_in_the_errors(tmp_path: Path) -> None:
+    found = identify_cutting(read_measurement(turned_records(tmp_path, drift=20.0)))
+    for name in AXES["turning"]:
+        assert any(said.startswith(f"{name} drifts by up to 20") or f"{name} drifts by up to 19" in said
+                   for said in found.messages)  # fmt: skip
+    apart = deviations(found)
+    edges = np.array([name.startswith("edge") for name in found.parameters])
+    assert np.all(np.abs(apart) < 2)
+    # half of 20 N over 2 mm is 5 N/mm of edge force
+    wrong = np.array([p.value - EXAMPLE[name] for name, p in found.parameters.items()])
+    np.testing.assert_allclose(wrong[edges], 5e3, rtol=0.2)
 
 
 @pytest.mark.thorough
