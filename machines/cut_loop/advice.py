@@ -82,6 +82,16 @@ def outlook(machine: Machine, problem: Problem, believed: Sequence[Entry], safe:
     return Outlook(speeds, was, band(places, apart, sigma), ladder, through, best, held if removed[i, k] > 0 else None)
 
 
+def chance_at(
+    machine: Machine, problem: Problem, believed: Sequence[Entry], speed: float, depth: float, seed: int
+) -> float:
+    """The probability that a cut at rpm and m is stable, as is every shallower one at its speed."""
+    ladder = depth * _WIDER ** np.arange(-_ABOVE, 2.0)
+    places = _places(machine, problem, np.array([speed]), ladder, seed)
+    apart, sigma = forecast(believed, problem, places, np.random.default_rng([seed, 31]))
+    return float(all_the_way(apart, sigma)[0, _ABOVE])
+
+
 def forecast(
     believed: Sequence[Entry], problem: Problem, places: Sequence[Place], rng: np.random.Generator
 ) -> tuple[list[Array], Array]:

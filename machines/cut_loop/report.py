@@ -109,6 +109,8 @@ class CutTrace(Shown):
     depth: Array
     probability: Array
     """Of being stable with the cuts, as is every shallower cut at that speed, (speeds, depths)."""
+    asked: float | None
+    """Probability that the cut that was asked for is stable; None where none was."""
     warnings: tuple[str, ...]
     not_decidable: tuple[Mapping[str, str], ...]
     repro: Mapping[str, Any]

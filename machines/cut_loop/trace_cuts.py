@@ -20,7 +20,7 @@ from ..components.modal import Modal
 from ..cutting.process.cutting import Cutting
 from ..model.machine import Machine
 from ..model.spindle_speed import refuse_dependence
-from .advice import outlook
+from .advice import chance_at, outlook
 from .borders import conditions_of
 from .contest import NEEDED, ODDS, STRAINED, Entry, Outcome, decided, entry, errors, folds_of, surprising
 from .line_up import suspects_of
@@ -39,7 +39,13 @@ _SCATTERS = 0.25
 
 
 def trace_cuts(
-    measurement: Measurement, machine: Machine, *, seed: int = 0, draws: int | None = None, safe: float = SAFE
+    measurement: Measurement,
+    machine: Machine,
+    *,
+    seed: int = 0,
+    draws: int | None = None,
+    safe: float = SAFE,
+    asked: tuple[float, float] | None = None,
 ) -> CutTrace:
     """Say which test cuts a machine cannot explain, which effect would, and what to cut next.
 
@@ -56,6 +62,8 @@ def trace_cuts(
         Samples of the machine and of every suspect, default `DRAWS`.
     safe
         Probability of being stable that the most productive cut is to have.
+    asked
+        A cut, rpm and m, whose probability of being stable is to be told.
     """
     draws = DRAWS if draws is None else draws
     judged = judged_cuts(measurement)
@@ -100,6 +108,7 @@ def trace_cuts(
         band_after=seen.after,
         depth=seen.depth,
         probability=seen.probability,
+        asked=None if asked is None else chance_at(machine, problem, believed, *asked, seed),
         warnings=(*odd, *_warnings(measurement, judged, tool, problem, base, mended), *nearly(base, outcome)),
         not_decidable=tuple(undecided),
         repro=_repro(measurement, machine, seed, draws),

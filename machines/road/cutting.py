@@ -181,7 +181,7 @@ def _together(road: Run, amplitudes: tuple[float, ...]) -> None:
         road.doubts.append(f"The vibration that the teeth force is {left}.")
     if amplitudes[0] in road.charts:
         with road.progress.step("looking for the best speed"):
-            best = pocket(charts, cutting, limit_of(road.machine, sizes, charts[0].method))
+            road.pocket = best = pocket(charts, cutting, limit_of(road.machine, sizes, charts[0].method))
         with road.progress.step("the vibration that the teeth force"):
             road.advice += advice(pairs, cutting, best, road.machine)
             shaken = held_if_many(road.machine, float(np.median(speeds)))[0]
@@ -212,12 +212,13 @@ def _test_cuts(road: Run, path: Path) -> None:
     """Hold test cuts against the machine. The joints that carry it stay as they are: mending is left to the verb."""
     from jointlib import read_measurement
 
-    from ..cut_loop.trace_cuts import trace_cuts
+    from ..cut_loop.trace_cuts import SAFE, trace_cuts
     from ..report.cuts_section import cuts_section
 
     test = read_measurement(path)
     with road.progress.step(f"weighing the machine by the cuts of {path.name}"):
-        found = trace_cuts(test, road.machine)
+        best = road.pocket
+        found = trace_cuts(test, road.machine, asked=None if best is None else (best.speed, best.depth))
     name = path.name.removesuffix(".toml").removesuffix(".measurement")
     road.json(f"{name}.trace.json", found.as_json())
     road.tests.append(test)
@@ -226,6 +227,11 @@ def _test_cuts(road: Run, path: Path) -> None:
     else:  # before what is recommended, which does not know of it
         road.advice[:0] = [found.sentence, found.next_words()]
         road.doubts.append("The test cuts contradict the machine file, from which this was computed.")
+    if found.asked is not None and found.asked < SAFE and found.verdict is not Verdict.UNEXPLAINED:
+        road.doubts.append(
+            f"By the test cuts of {path.name} the recommended cut is stable with a probability of {found.asked:.3f}, "
+            f"less than {SAFE:g}."
+        )
     road.warnings += found.warnings
     road.front.append(cuts_section(found))
     next_cut = {"speed": found.next_cut.speed, "depth": found.next_cut.depth, "probability": found.next_cut.probability}

@@ -21,6 +21,7 @@ from jointlib.shown.json_values import plain
 from jointlib.shown.progress import Progress, Silent
 from jointlib.shown.result import Columns, Shown
 
+from ..cutting.amplitude.pocket import Pocket
 from ..cutting.process.chart import StabilityLobes, draw_charts
 from ..cutting.rest.chart_file import default_speeds
 from ..files.opened import machine_of, tool_names
@@ -136,6 +137,8 @@ class Run(Shown):
     """Stability lobes by tool-point amplitude in m."""
     near_pocket: dict[float, str] = field(default_factory=dict)
     """What is known where a chart would take too long, by amplitude in m: the limit near the recommended speed."""
+    pocket: Pocket | None = None
+    """The cut that is recommended."""
     tools: tuple[str, ...] = ()
     """Tools of the file to be compared, by name."""
     tool_lobes: tuple[ToolLobes, ...] = ()

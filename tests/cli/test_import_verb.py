@@ -466,7 +466,7 @@ BAD: list[tuple[Callable[[Path], str], tuple[str, ...]]] = [
     (two_rates_above_and_in_the_times, ("two sample rates, 2000 Hz by column 't [s]' and 5000 Hz by line",)),
     (other_columns, ("r2.csv: no column 'F [N]', which r1.csv has",)),
     (no_rate, ("no column of times, no rate in the file, expected --set sample_rate=",)),
-    (table_of_cuts, ("no rate in the file", "a row of a table of cuts is a [[cut]] of its own")),
+    (table_of_cuts, ("no rate in the file", "a table of cuts has headings as speed, depth, verdict")),
     (no_kind, ("t_2 (temperature) makes no measurement alone, expected --kind",)),
     (a_gap, ("a (acceleration) makes no measurement alone, as column 'F [N]' has no number at sample 7 of r.csv",)),
     (

@@ -121,7 +121,7 @@ def test_another_tool_of_the_table_is_left_alone(tmp_path: Path) -> None:
 
 
 def test_a_frequency_on_a_harmonic_of_the_teeth_is_left_out_and_its_verdict_kept(tmp_path: Path) -> None:
-    cuts, guesses = imported(tmp_path, "RPM,DOC (mm),Result,fc\n6000,2,chatter,800\n", "cutting.teeth=4")
+    cuts, guesses = imported(tmp_path, "RPM,DOC (mm),Result,f [Hz]\n6000,2,chatter,800\n", "cutting.teeth=4")
     assert (cuts[0].verdict, cuts[0].chatter_frequency) == ("chatter", None)
     assert guesses == ["line 2: 800 Hz is harmonic 2 of the teeth, at which a stable cut vibrates too, and is left out"]
 

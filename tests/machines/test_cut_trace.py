@@ -23,9 +23,9 @@ from machines import Machine, lobes_at_amplitude, read_machine, trace
 from machines.cut_loop import contest, sentences, tempered
 from machines.cut_loop import posterior as posteriors_room
 from machines.cut_loop import trace_cuts as trace_cuts_room
-from machines.cut_loop.advice import all_the_way, band, told_by
+from machines.cut_loop.advice import all_the_way, band, chance_at, outlook, told_by
 from machines.cut_loop.borders import border, condition, conditions_of
-from machines.cut_loop.contest import NEEDED
+from machines.cut_loop.contest import NEEDED, entry, folds_of
 from machines.cut_loop.distances import Place, distances
 from machines.cut_loop.doubted_modes import JointSlip, MissingMode, ModeFrequency
 from machines.cut_loop.evidence import of_frequency, of_verdicts, replayed, sound, stable
@@ -761,3 +761,13 @@ def test_the_highest_chatter_that_was_heard_goes_to_the_modes_that_may_be_missin
     low, high = tops[: len(tops) // 2], tops[len(tops) // 2 :]
     np.testing.assert_allclose(high, 2.875 * tool.highest, rtol=1e-9)
     np.testing.assert_allclose(low, 1.6 * tool.highest, rtol=1e-9)
+
+
+def test_the_chance_of_a_cut_that_is_asked_for_is_that_of_the_map(tmp_path: Path) -> None:
+    machine = machine_of(tmp_path)
+    problem = asked(machine, campaign(machine, 0), 150)
+    believed = [entry(posterior(AsItIs(), problem), problem, folds_of(problem))]
+    seen = outlook(machine, problem, believed, 0.95, 0)
+    rows = [(i, int(np.argmin(np.abs(seen.probability[i] - p)))) for i, p in ((4, 0.9), (11, 0.5), (19, 0.2))]
+    told = [chance_at(machine, problem, believed, seen.speed[i], seen.depth[k], 0) for i, k in rows]
+    np.testing.assert_allclose(told, [seen.probability[i, k] for i, k in rows], atol=0.06)

@@ -81,6 +81,8 @@ def _columns(names: Sequence[str]) -> dict[str, Column]:
     found: dict[str, Column] = {}
     for place, name in enumerate(names):
         key = column_of(name)
+        if key == "feed" and unit_in(name).casefold() in ("hz", "khz"):
+            key = "chatter_frequency"  # f [Hz]
         if key is not None and key not in found:
             found[key] = Column(place, name, unit_in(name))
     return found
