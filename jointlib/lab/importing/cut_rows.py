@@ -84,7 +84,7 @@ class _Rows:
         out["speed"] = Noted(speed)
         out["depth"] = Noted(f"{row.numbers['depth']:.9g} {self.length('depth')}")
         if "teeth" in row.numbers:
-            out["teeth"] = Noted(int(row.numbers["teeth"]))
+            out["teeth"] = Noted(row.numbers["teeth"])
         if "diameter" in row.numbers:
             out["diameter"] = Noted(f"{row.numbers['diameter']:.9g} {self.length('diameter')}")
         self._arc(row, out)
@@ -169,6 +169,8 @@ def fill_cuts(draft: Draft, table: CutTable, shared: Mapping[str, Any], said: Ma
         raise InputError(
             f"{table.path}: no column of teeth, expected --set cutting.teeth=4, or cutting.process=turning"
         )
+    if "tool" not in table.columns and "tool" in shared:
+        raise InputError(f"{table.path}: no column of tools, expected no cutting.tool")
     if "tool" in table.columns:
         used = _of_one_tool(table, shared.get("tool"))
     found = dict(zip((row.line for row in table.rows), verdicts(table, said), strict=True))

@@ -94,9 +94,9 @@ def _made(
     def cell(row: Sequence[str], key: str) -> str:
         return row[columns[key].place] if key in columns and columns[key].place < len(row) else ""
 
-    if below and not LOOSE.fullmatch(cell(below[0][1], "speed")) and _all_words(below[0][1]):
-        units, below = below[0][1], below[1:]
-        said = {key: unit_in(f"[{cell(units, key).strip('[]() ')}]") for key in columns}
+    said = {key: unit_in(f"[{cell(below[0][1], key).strip('[]() ')}]") for key in columns} if below else {}
+    if any(said.values()) and _all_words(below[0][1]):
+        below = below[1:]
         columns = {key: replace(c, unit=c.unit or said[key]) for key, c in columns.items()}
     numbers = [key for key in _NUMBERS if key in columns]
     written = {key: [(i, cell(row, key)) for i, row in below if _holds(cell(row, key))] for key in numbers}
@@ -112,6 +112,8 @@ def _made(
         words = {key: cell(row, key) for key in columns if key not in _NUMBERS}
         if held or any(words.values()):
             rows.append(CutRow(i, {key: numerals.value(text) for key, text in held.items()}, words))
+    if not rows:
+        raise InputError(f"{path}: no row below the headings, expected a cut in each")
     used = {column.place for column in columns.values()}
     left = tuple(name for place, name in enumerate(names) if place not in used and name)
     return CutTable(path, columns, tuple(rows), left, numerals)
