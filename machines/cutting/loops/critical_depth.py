@@ -19,6 +19,7 @@ import numpy as np
 
 from jointlib.arrays import Array, ComplexArray
 
+from .beside_half import TURNED, parted
 from .loop_branches import HALF, NONE, Bracket, Crossing, Iterated, Loop, brackets, closed, nearest, regeneration
 from .loop_samples import samples
 
@@ -43,6 +44,7 @@ def first_crossings(
     the lowest crossing turns by more than a third of itself, or is not told from its neighbour, are halved. Where a
     norm of the loop shows that no eigenvalue can matter, none is computed.
     """
+    fraction = np.append(fraction[fraction < TURNED], [TURNED, 0.5])
     known = samples(loop, fraction)
     level = _LEVELS[0] * float(np.max(known.bound))
     known.know(fraction == fraction[-1], level)
@@ -54,6 +56,7 @@ def first_crossings(
         for _ in range(_ROUNDS):
             matters = (known.bound[:-1] >= level) | (known.bound[1:] >= level)
             known.know(np.append(matters, True) | np.insert(matters, 0, False), level)
+            matters[-1] = False  # branches that are real at 1/2 are not to be told from real next to it
             between, coarse = brackets(known.fraction, known.values, matters, level, known.looked)
             if not coarse.any():
                 break
@@ -107,6 +110,19 @@ def near(loop: Loop, crossing: Crossing) -> Crossing:
         if not 0 < nu < 0.5:
             return NONE
     return NONE
+
+
+def lowest_near(finer: Loop, search: list[Crossing], fraction: Array, coarse: Loop) -> Crossing:
+    """The lowest crossing of a finer loop, found from those of a coarser one.
+
+    Where two crossings are about to meet, as two flips, or a flip and a Hopf crossing beside it, the finer loop may
+    lack them: then it is searched itself. Or it has them where the coarser one does not: see `beside_half`.
+    """
+    found = [near(finer, one) for one in search]
+    lowest = min(found, key=lambda one: one.depth, default=NONE)
+    lost = any(not at.kind and one.depth < lowest.depth for one, at in zip(search, found, strict=True))
+    again = first_crossings(finer, fraction, None, lowest.depth) if lost else parted(finer, coarse, lowest.depth)
+    return min([lowest, *again], key=lambda one: one.depth)
 
 
 def eigenvector(loop: Loop, crossing: Crossing) -> ComplexArray:

@@ -11,7 +11,8 @@ from jointlib.arrays import Array
 from jointlib.errors import CheckFailed
 
 from ...tool.bounded_band import Shape, Spectrum
-from .critical_depth import eigenvector, first_crossings, near
+from .beside_half import flips_known
+from .critical_depth import eigenvector, first_crossings, lowest_near, near
 from .iterated_loop import IteratedLoop
 from .loop_branches import NONE, Crossing
 from .multi_frequency import HarmonicLoop
@@ -62,12 +63,13 @@ def harmonic_crossing(loop: HarmonicLoop, resolved: Shape, stiffest: float, abou
         if not search and not first_crossings(finer, fraction):
             return Found(NONE)
         if search and left_out(resolved, coarse, stiffest * search[0].depth) < GAIN:
-            before, settled = search[0], _lowest(finer, search, fraction)
-            if settled.kind and abs(settled.depth / before.depth - 1) < SAME:
+            before, settled = search[0], lowest_near(finer, search, fraction, coarse)
+            agree = settled.kind and abs(settled.depth / before.depth - 1) < SAME
+            if agree and flips_known(coarse, finer, SAME, settled.depth):
                 first = replace(loop, harmonics=2 * P), settled
                 while settled.kind and abs(settled.depth / before.depth - 1) > AGREE and finer.harmonics < _MOST:
                     before, finer = settled, replace(loop, harmonics=2 * finer.harmonics)
-                    settled = _lowest(finer, [before], fraction)
+                    settled = lowest_near(finer, search, fraction, coarse)
                 if abs(settled.depth / before.depth - 1) <= AGREE:
                     moved = coarse.motion(settled.fraction, eigenvector(coarse, settled))
                     line = largest_line(settled.fraction + coarse.orders, moved)
@@ -109,7 +111,8 @@ def _strongest(loop: HarmonicLoop, resolved: Shape, stiffest: float, about: floa
         fraction = resolved.folded(loop.tooth_frequency, level / 2)
         strong = _strong(replace(loop, harmonics=P), resolved, level, about)
         narrowed = strong.size <= whole.size / 2
-        search = first_crossings(strong if narrowed else whole, fraction)
+        looked = strong if narrowed else whole
+        search = first_crossings(looked, fraction)
         if not search and level < faintest:
             return Found(NONE)
         if not search:
@@ -127,11 +130,11 @@ def _strongest(loop: HarmonicLoop, resolved: Shape, stiffest: float, about: floa
             level, about = level / 2, about if level > needed / 2 else np.inf
             continue
         finer = resolving(loop, 2 * P)
-        before, settled = search[0], _lowest(finer, search, fraction)
+        before, settled = search[0], lowest_near(finer, search, fraction, looked)
         while settled.kind and abs(settled.depth / before.depth - 1) > AGREE and P < _MOST:
             P *= 2
             before, finer = settled, resolving(loop, 2 * P)
-            settled = _lowest(finer, [before], fraction)
+            settled = lowest_near(finer, search, fraction, looked)
         if not settled.kind or abs(settled.depth / before.depth - 1) > AGREE:
             raise CheckFailed(
                 f"multi-frequency: at a tooth frequency of {loop.tooth_frequency:g} Hz the depth still changes with "
@@ -175,20 +178,6 @@ def _of_all_lines(whole: IteratedLoop, found: list[Crossing]) -> list[Crossing]:
 def _alike(one: Crossing, other: Crossing) -> bool:
     """Whether two crossings are one."""
     return abs(one.depth / other.depth - 1) < _ONE and abs(one.fraction - other.fraction) < _ONE
-
-
-def _lowest(finer: HarmonicLoop | IteratedLoop, search: list[Crossing], fraction: Array) -> Crossing:
-    """The lowest crossing of a finer loop, found from those of a coarser one.
-
-    Where two crossings are about to meet, as a flip and a Hopf crossing beside it at the edge of a lobe, the finer loop
-    may have them elsewhere: then it is searched itself.
-    """
-    found = [near(finer, one) for one in search]
-    lowest = min(found, key=lambda one: one.depth)
-    if any(not at.kind and one.depth < lowest.depth for one, at in zip(search, found, strict=True)):
-        every = [lowest, *first_crossings(finer, fraction, None, lowest.depth)]
-        lowest = min(every, key=lambda one: one.depth)
-    return lowest
 
 
 def resolving(loop: HarmonicLoop, harmonics: int) -> HarmonicLoop | IteratedLoop:

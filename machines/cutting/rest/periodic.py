@@ -16,7 +16,7 @@ from ...tool.tool_model import ToolModel
 from ...tool.tool_point import ToolPoint
 from ..loops import crossing
 from ..loops.collocation import FINER, MORE, MOST_SETTLED, ArcMap, arc_map, node_count
-from ..loops.critical_depth import eigenvector, first_crossings, near
+from ..loops.critical_depth import eigenvector, first_crossings, lowest_near, near
 from ..loops.harmonic_crossing import (
     AGREE,
     GAIN,
@@ -188,9 +188,10 @@ def _turned(model: ToolModel, cutting: Cutting, speed: float, resolved: Shape) -
 def _collocated(model: ToolModel, cutting: Cutting, speed: float, fraction: Array) -> tuple[Crossing, ArcMap]:
     """The settled crossing at one speed; few nodes search, more settle the depth, four further ones prove it."""
     for more in range(0, _RAISES * FINER, FINER):
-        search = first_crossings(arc_map(model, cutting, speed, MORE // 2 + more, 0.6), fraction)
+        coarse = arc_map(model, cutting, speed, MORE // 2 + more, 0.6)
+        search = first_crossings(coarse, fraction)
         before, finer = (arc_map(model, cutting, speed, MORE + more + extra) for extra in (0, FINER))
-        settled = min((near(before, one) for one in search), key=lambda one: one.depth, default=NONE)
+        settled = lowest_near(before, search, fraction, coarse) if search else NONE
         if not search and not first_crossings(before, fraction):
             return NONE, finer
         if settled.kind and abs(settled.depth / search[0].depth - 1) < SAME:

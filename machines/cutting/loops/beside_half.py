@@ -1,0 +1,70 @@
+"""Crossings at and beside ν = 1/2 that a finer loop has and a coarser one lacks.
+
+Two flips are born where two eigenvalues meet at ν = 1/2, a flip and a Hopf crossing part where a branch turns round
+there. Close to that a small change of the loop moves the lowest depth by much more than itself, or takes it away.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from jointlib.arrays import ComplexArray
+
+from .loop_branches import Bracket, Crossing, Iterated, Loop, closed, nearest, regeneration
+
+_MET = 0.05
+"""Share of themselves by which eigenvalues of a coarser loop may be off."""
+_BESIDE = 0.49
+TURNED = 0.5 - 1e-5
+"""ν up to which a branch that is real at 1/2 is told from one that crosses beside it."""
+_REAL = 1e-8
+_SMALL = 120
+"""Rows up to which all eigenvalues cost little beside a search."""
+
+
+def parted(finer: Loop, coarse: Loop, depth: float) -> list[Crossing]:
+    """Crossings of a finer loop up to about a depth in m where two of a coarser one are about to meet, or have met.
+
+    Of a finer loop of few rows all flips are among them.
+    """
+    nu = np.array([_BESIDE, 0.5])
+    values = np.linalg.eigvals(coarse(nu))
+    turned = values * regeneration(nu)[:, None]
+    strong = turned.real <= -(1 - _MET) / depth
+    found = _flips(finer, values[1, strong[1]], depth)
+    beside = values[0, strong[0] & (np.abs(turned[0].imag) <= _MET * np.abs(turned[0]))]
+    for guess in beside.tolist():
+        start, _ = nearest(finer, _BESIDE, guess)
+        end, _ = nearest(finer, TURNED, complex(values[1, np.argmin(np.abs(values[1] - guess))]))
+        sides = (np.array([start, end]) * regeneration(np.array([_BESIDE, TURNED]))).imag
+        if sides[0] * sides[1] < 0 and (one := closed(finer, Bracket(0.0, _BESIDE, TURNED, start, end))) is not None:
+            found.append(one)
+    return found
+
+
+def flips_known(coarse: Loop, finer: Loop, same: float, depth: float) -> bool:
+    """Whether a still finer loop has no other flips up to a depth in m than this one.
+
+    Each eigenvalue at ν = 1/2 that may be one lies within a share ``same`` of one of the coarser loop, and where it is
+    not real it has moved by less than what it lacks to it.
+    """
+    few, many = (np.linalg.eigvals(loop(np.array([0.5]))[0]) for loop in (coarse, finer))
+    many = many[many.real <= -(1 - same) / (2 * depth)]
+    moved = np.min(np.abs(many[:, None] - few), axis=1, initial=np.inf)
+    real = np.abs(many.imag) <= _REAL * np.abs(many)
+    return bool(np.all((moved <= same * np.abs(many)) & (real | (moved <= np.abs(many.imag)))))
+
+
+def _flips(loop: Loop, guesses: ComplexArray, depth: float) -> list[Crossing]:
+    """Those up to a depth in m: all of few rows, else the lower one of every two that lie at ``guesses``, or may."""
+    matrix = None if isinstance(loop, Iterated) else loop(np.array([0.5]))[0]
+    if matrix is not None and len(matrix) <= _SMALL:
+        values = np.linalg.eigvals(matrix)
+    else:
+        apart = np.abs(guesses[:, None] - guesses) + np.diag(np.full(len(guesses), np.inf))
+        pairs = np.sort(guesses.real[np.any(apart <= 2 * _MET * np.abs(guesses), axis=1)])
+        first = np.diff(pairs, prepend=-np.inf) > _MET * np.abs(pairs)
+        values = np.array([nearest(loop, 0.5, (1 + _MET / 2) * one)[0] for one in pairs[first].tolist()], dtype=complex)
+    size = float(np.max(np.abs(values), initial=0.0))
+    real = values.real[(np.abs(values.imag) <= _REAL * size) & (values.real <= -0.5 / depth)]
+    return [Crossing(-0.5 / value, 0.5, complex(value)) for value in real.tolist()]
