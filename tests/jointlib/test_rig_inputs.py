@@ -20,6 +20,7 @@ from jointlib.laws.viscous import Viscous
 from jointlib.loop.balance.equations import Observed
 from jointlib.loop.balance.inputs import Inputs, inputs_of, ranges_of
 from jointlib.loop.balance.tangents import followed_slopes
+from jointlib.loop.periodic.readings import idle_inputs
 from jointlib.measurement import Channel, Record, RecordSource
 from jointlib.modulation import Modulation
 from jointlib.parameter import Role
@@ -113,3 +114,17 @@ def test_an_input_is_known_without_its_noise_and_held_where_it_hardly_moves() ->
     assert ranges["temperature"] == pytest.approx((280, 310), abs=0.2)
     assert cold.held(ranges).along["temperature"] == pytest.approx([280], abs=0.05)
     assert len(moving.held(ranges).along["temperature"]) == len(t)
+
+
+def test_an_input_that_nothing_can_follow_is_told() -> None:
+    def channel(quantity: str, is_input: bool = True) -> Channel:
+        return Channel("U", quantity, "-", "-", 1.0, is_input=is_input)
+
+    ranges = {"temperature": (290.0, 310.0), "voltage": (2.0, 2.0)}
+    given = [channel("temperature"), channel("voltage"), channel("acceleration"), channel("current", is_input=False)]
+    told = idle_inputs([*given, channel("position", is_input=False)], ranges)
+    assert told == [
+        "Channel U (voltage) is the same in all records to fit: whether parameters follow it they cannot tell.",
+        "Channel U (acceleration) takes no part: parameters do not follow this quantity.",
+        "Channel U (current) takes no part; with input = true in its [[channel]] parameters may follow it.",
+    ]

@@ -18,7 +18,7 @@ from jointlib.loop.balance.floor import Closure, excited_band, noise_floor
 from jointlib.loop.balance.inputs import inputs_of, ranges_of
 from jointlib.loop.balance.spectra import Spectra, spectra_of
 from jointlib.loop.contest.fitted import Fitted, fit, free_parameters
-from jointlib.measurement import Measurement, Record
+from jointlib.measurement import Channel, Measurement, Record
 from jointlib.modulation import CONDITION_OF, INPUTS
 
 
@@ -71,16 +71,23 @@ def readings(measurement: Measurement) -> Readings:
             warnings.append(
                 f"{raw.spectra.name}: between the lines {raised} the quiet level; something does not repeat."
             )
-    for c in measurement.channels:
-        if c.quantity in INPUTS and not c.is_input:
-            warnings.append(
-                f"Channel {c.name} ({c.quantity}) takes no part: with input = true parameters may follow it."
-            )
-        elif c.is_input and CONDITION_OF.get(c.quantity) not in ranges:
-            warnings.append(f"Channel {c.name} ({c.quantity}) takes no part: no parameter can follow it.")
-        elif c.is_input and not np.ptp(ranges[CONDITION_OF[c.quantity]]):
-            warnings.append(f"Channel {c.name} ({c.quantity}) is the same in all records: nothing can follow it.")
+    warnings += idle_inputs(measurement.channels, ranges)
     return Readings(measurement, rig, raws, quiet, band, tuple(warnings), ranges)
+
+
+def idle_inputs(channels: Sequence[Channel], ranges: Mapping[str, tuple[float, float]]) -> list[str]:
+    """A sentence for every channel that might be an input and that nothing can follow."""
+    said = []
+    for c in channels:
+        what, condition = f"Channel {c.name} ({c.quantity})", CONDITION_OF.get(c.quantity)
+        if not c.is_input:
+            if c.quantity in INPUTS:
+                said.append(f"{what} takes no part; with input = true in its [[channel]] parameters may follow it.")
+        elif condition is None or condition not in ranges:
+            said.append(f"{what} takes no part: parameters do not follow this quantity.")
+        elif ranges[condition][0] == ranges[condition][1]:
+            said.append(f"{what} is the same in all records to fit: whether parameters follow it they cannot tell.")
+    return said
 
 
 def _spectra(measurement: Measurement, records: Sequence[Record], warnings: list[str]) -> list[tuple[Record, Spectra]]:
