@@ -118,6 +118,9 @@ def _check(road: Run) -> None:
 
 
 def _force(road: Run) -> None:
+    if not road.machine.force:
+        road.warnings.append("There is no forced response: [response] gives no force.")
+        return
     from ..forced_response.each_drive import drives_of, on_lines, peak_rows, responses
     from ..forced_response.response_file import write_response
     from ..report.sections import response_section

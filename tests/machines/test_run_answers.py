@@ -55,6 +55,17 @@ def test_joints_that_are_identified_or_nonlinear_have_an_fmu_of_their_own_after_
     assert not set(exports) & set(answers)
 
 
+def test_a_machine_without_a_force_is_run_without_a_forced_response(tmp_path: Path) -> None:
+    text = (LIBRARY / "two_mode_tool.toml").read_text()
+    assert "force = " in text
+    path = tmp_path / "quiet.toml"
+    path.write_text("\n".join(line for line in text.splitlines() if not line.startswith("force = ")))
+    made = run(path, tmp_path / "out", steps=["coupling"])
+    assert "There is no forced response: [response] gives no force." in made.warnings
+    assert not made.failed
+    assert not (tmp_path / "out" / "frf.npz").exists()
+
+
 @pytest.mark.thorough
 @pytest.mark.parametrize("lines", [True, False], ids=["on lines", "not at all"])
 def test_of_a_response_that_takes_too_long_that_on_lines_or_along_the_other_axis_is_kept(
