@@ -103,13 +103,11 @@ def points_of(along: Sequence[Array]) -> tuple[tuple[float, ...], float] | None:
 
 
 def levels_of(values: Sequence[float]) -> tuple[tuple[float, ...], float] | None:
-    """The same of few values at which an input stood still: the lowest, the middle one and the highest.
-
-    They are values of records, for what a parameter is between them no record tells.
-    """
+    """The same of a few values at which an input stood still: one point for each, for between them no record tells what a
+    parameter is."""
     at = np.sort(values)
     middle = at[len(at) // 2]
-    return (_apart(np.array([at[0], middle, at[-1]]), middle), float(middle)) if at[-1] > at[0] else None
+    return (_apart(at, middle), float(middle)) if at[-1] > at[0] else None
 
 
 def _apart(at: Array, middle: float) -> tuple[float, ...]:

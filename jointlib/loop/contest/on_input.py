@@ -19,7 +19,7 @@ from jointlib.loop.contest.trial import Trial, trial
 _WORTH = 10.0
 """Times ln n, by which a table must lower the loss of a straight line."""
 _MANY = 8
-"""Records with an input that stands still, of which a table may have five points instead of three."""
+"""Records with an input that stands still: a table over fewer has a point for each, over more five quartiles."""
 
 
 @dataclass(frozen=True)
