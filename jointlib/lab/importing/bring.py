@@ -27,6 +27,8 @@ from jointlib.lab.separator import TOLD
 from jointlib.measurement import CUTS, FORCES, KINDS
 
 _SUFFIXES = {f".{suffix}" for suffix in (*TEXT, *FORMATS, "lvm")}
+_ELSE = {"path": "static", "impact": "ringdown", "shaker": "impact", "rig": "shaker"}
+"""What the same signals may be of instead, by the kind that is guessed."""
 _AGREE = 1e-3
 
 
@@ -123,7 +125,7 @@ def _in_time(draft: Draft, files: Sequence[LabFile], kind: str | None, settings:
         seen = [Seen(name, quantities[name], x) for name, x in values.items()]
         left = [said for said in draft.guesses if said.endswith("is left out")]
         kind, why = likely_kind(seen, clock.rate is not None, KINDS, str(first.path), left)
-        draft.guess(draft.top, "kind", kind, why, f"kind={'static' if kind == 'path' else 'path'}")
+        draft.guess(draft.top, "kind", kind, why, f"kind={_ELSE.get(kind, 'path')}")
     if kind == "static":
         draft.top.pop("sample_rate", None)
     elif clock.rate is None:
