@@ -46,8 +46,6 @@ _PAIRS = 2
 """Pairs of effects that hide one another which are followed beside what passes alone."""
 _CLEARLY = 0.25
 """Of what the best single effect leaves; a pair that hid one another and leaves less competes with it."""
-_SECONDS = 2
-"""Compositions that are tried in the place of one that lost terms."""
 _DECADES, _LESS = (0.1, 10.0, 100.0, 1000.0), 0.9
 """Times its velocity at which a corner is tried anew, and the share of the excess that it has to fall below."""
 
@@ -75,12 +73,12 @@ def search(evidence: Evidence, joint: Joint, effects: Sequence[Effect], seed: in
     best, others = _followed(field, start, children, 1 if alone else _WIDTH)
     tried = best
     best, parts = _settled(field, best)
-    if len(best.terms) < len(tried.terms):  # What lost terms may leave more than what was put behind it.
-        fewer = [c for c in (*others, *children) if c.members != tried.members and all(stands(c, t) for t in c.terms)]
-        for c in sorted(fewer, key=lambda c: deciding_excess(c.fitted))[:_SECONDS]:
-            if deciding_excess(c.fitted) < deciding_excess(best.fitted):
-                again = _settled(field, c)
-                best, parts = min((best, parts), again, key=lambda found: deciding_excess(found[0].fitted))
+    if len(best.terms) < len(tried.terms):  # What lost terms may leave more than what began beside it.
+        first = [c for c in children if all(stands(c, t) for t in c.terms)]
+        least = min(first, key=lambda c: deciding_excess(c.fitted), default=best)
+        if deciding_excess(least.fitted) < deciding_excess(best.fitted):
+            again = _settled(field, least)
+            best, parts = min((best, parts), again, key=lambda found: deciding_excess(found[0].fitted))
     if len(best.terms) > 1 and not alone:
         last = replace(best.steps[-1], fitted=_with_corners(evidence, fit(evidence, best.fitted.model)))
         best = replace(best, steps=(*best.steps[:-1], last))
