@@ -7,6 +7,7 @@ there. Close to that a small change of the loop moves the lowest depth by much m
 from __future__ import annotations
 
 import numpy as np
+import scipy
 
 from jointlib.arrays import ComplexArray
 
@@ -17,27 +18,32 @@ _MET = 0.05
 _BESIDE = 0.49
 TURNED = 0.5 - 1e-5
 """ν up to which a branch that is real at 1/2 is told from one that crosses beside it."""
-_REAL = 1e-8
+_REAL, _CLOSED = 1e-8, 1e-8
 _SMALL = 120
 """Rows up to which all eigenvalues cost little beside a search."""
+_BASIS, _ROUNDS, _SETTLED = 8, 40, 1e-11
 
 
 def parted(finer: Loop, coarse: Loop, depth: float) -> list[Crossing]:
     """Crossings of a finer loop up to about a depth in m where two of a coarser one are about to meet, or have met.
 
-    Of a finer loop of few rows all flips are among them.
+    Of a finer loop of few rows all flips are among them; of a large one that is iterated no Hopf crossing is.
     """
     nu = np.array([_BESIDE, 0.5])
     values = np.linalg.eigvals(coarse(nu))
     turned = values * regeneration(nu)[:, None]
     strong = turned.real <= -(1 - _MET) / depth
     found = _flips(finer, values[1, strong[1]], depth)
+    if isinstance(finer, Iterated):
+        return found
     beside = values[0, strong[0] & (np.abs(turned[0].imag) <= _MET * np.abs(turned[0]))]
     for guess in beside.tolist():
         start, _ = nearest(finer, _BESIDE, guess)
         end, _ = nearest(finer, TURNED, complex(values[1, np.argmin(np.abs(values[1] - guess))]))
         sides = (np.array([start, end]) * regeneration(np.array([_BESIDE, TURNED]))).imag
-        if sides[0] * sides[1] < 0 and (one := closed(finer, Bracket(0.0, _BESIDE, TURNED, start, end))) is not None:
+        one = closed(finer, Bracket(0.0, _BESIDE, TURNED, start, end)) if sides[0] * sides[1] < 0 else None
+        # Where the ends are of two branches it comes to a jump between them, and closes on nothing.
+        if one is not None and abs(1 + one.depth * one.eigenvalue * regeneration(np.array(one.fraction))) < _CLOSED:
             found.append(one)
     return found
 
@@ -56,15 +62,32 @@ def flips_known(coarse: Loop, finer: Loop, same: float, depth: float) -> bool:
 
 
 def _flips(loop: Loop, guesses: ComplexArray, depth: float) -> list[Crossing]:
-    """Those up to a depth in m: all of few rows, else the lower one of every two that lie at ``guesses``, or may."""
-    matrix = None if isinstance(loop, Iterated) else loop(np.array([0.5]))[0]
-    if matrix is not None and len(matrix) <= _SMALL:
-        values = np.linalg.eigvals(matrix)
-    else:
-        apart = np.abs(guesses[:, None] - guesses) + np.diag(np.full(len(guesses), np.inf))
-        pairs = np.sort(guesses.real[np.any(apart <= 2 * _MET * np.abs(guesses), axis=1)])
-        first = np.diff(pairs, prepend=-np.inf) > _MET * np.abs(pairs)
-        values = np.array([nearest(loop, 0.5, (1 + _MET / 2) * one)[0] for one in pairs[first].tolist()], dtype=complex)
+    """Those up to a depth in m: all of few rows, else those of two eigenvalues wherever two ``guesses`` are close."""
+    apart = np.abs(guesses[:, None] - guesses) + np.diag(np.full(len(guesses), np.inf))
+    pairs = np.sort(guesses.real[np.any(apart <= 2 * _MET * np.abs(guesses), axis=1)])
+    first = pairs[np.diff(pairs, prepend=-np.inf) > _MET * np.abs(pairs)]
+    if isinstance(loop, Iterated) and not len(first):
+        return []
+    matrix = loop(np.array([0.5]))[0]
+    few = len(matrix) <= _SMALL
+    values = np.linalg.eigvals(matrix) if few else np.concatenate([[], *(_two(matrix, one) for one in first.tolist())])
     size = float(np.max(np.abs(values), initial=0.0))
     real = values.real[(np.abs(values.imag) <= _REAL * size) & (values.real <= -0.5 / depth)]
     return [Crossing(-0.5 / value, 0.5, complex(value)) for value in real.tolist()]
+
+
+def _two(matrix: ComplexArray, guess: complex) -> ComplexArray:
+    """The two eigenvalues of a matrix nearest to a guess, which may lie midway, by inverse iteration of a subspace."""
+    size, shift = len(matrix), guess * (1 + 1e-9)
+    factors, pivots, _ = scipy.linalg.lapack.zgetrf(matrix - shift * np.eye(size))
+    basis = np.linalg.qr(np.exp(1j * np.arange(size)[:, None] ** 2 * np.arange(1, 1 + _BASIS)))[0]
+    before = np.full(2, np.nan + 0j)
+    for _ in range(_ROUNDS):
+        grown, _ = scipy.linalg.lapack.zgetrs(factors, pivots, basis)
+        inverse = np.linalg.eigvals(basis.conj().T @ grown)
+        values = np.sort_complex(shift + 1 / inverse[np.argsort(-np.abs(inverse))[:2]])
+        if np.max(np.abs(values - before)) <= _SETTLED * abs(guess):
+            return np.asarray(values)
+        before, basis = values, np.linalg.qr(grown)[0]
+    values = np.linalg.eigvals(matrix)
+    return np.asarray(values[np.argsort(np.abs(values - guess))[:2]])
