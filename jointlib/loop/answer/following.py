@@ -103,7 +103,7 @@ def points_of(along: Sequence[Array]) -> tuple[tuple[float, ...], float] | None:
 
 
 def levels_of(values: Sequence[float]) -> tuple[tuple[float, ...], float] | None:
-    """The same of a few values at which an input stood still: one point for each, for no record tells what is between."""
+    """The same of a few values at which an input stood still: a point for each, as no record tells what is between."""
     at = np.sort(values)
     middle = at[len(at) // 2]
     return (_apart(at, middle), float(middle)) if at[-1] > at[0] else None
