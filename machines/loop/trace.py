@@ -90,9 +90,7 @@ def trace_frfs(frfs: Sequence[LevelFRF], machine: Machine, *, seed: int = 0) -> 
     judgement = judge([judged(f, search.residual, levels, blocks) for f in searched.found], len(EFFECTS) + 1)
     if searched.table is not None:
         judgement = _or_the_table(judgement, judged(searched.table, search.residual, levels, blocks))
-    floor, warnings = _floor(
-        setting, training, search.residual if judgement.chosen is None else judgement.chosen.fitted.residual
-    )
+    floor = _floor(setting, training, search.residual if judgement.chosen is None else judgement.chosen.fitted.residual)
     before = excess(search.before, len(points)) or max(search.before - len(points), 1e-300)
     named = judgement.chosen if judgement.verdict not in (Verdict.UNEXPLAINED, Verdict.NOTHING_MISSING) else None
     candidates = _candidates(judgement, before)
@@ -129,7 +127,7 @@ def trace_frfs(frfs: Sequence[LevelFRF], machine: Machine, *, seed: int = 0) -> 
         error_before,
         error_after,
         floor,
-        (*said_of(frfs), *spent(machine, frfs), *warnings),
+        (*said_of(frfs), *spent(machine, frfs), *_said_of_lines(floor, error_after["chi2"] <= WHITE)),
         _next(search, judgement, rivals),
         NOT_DECIDABLE,
         {"seed": seed, "version": version("jointlib")},
@@ -150,10 +148,8 @@ def _or_the_table(judgement: Judgement, table: Judged) -> Judgement:
     return with_table(judgement, table)
 
 
-def _floor(
-    setting: Setting, training: Sequence[LevelFRF], residual: ComplexArray
-) -> tuple[dict[str, Any], tuple[str, ...]]:
-    """The noise as shares of the measured FRFs, how the records drifted, and what is to be said of either."""
+def _floor(setting: Setting, training: Sequence[LevelFRF], residual: ComplexArray) -> dict[str, Any]:
+    """The noise as shares of the measured FRFs, and how the records drifted."""
     points = setting.fitting.forward.points
     lost = setting.lines - len(points)
     floor = {
@@ -163,18 +159,30 @@ def _floor(
         "lines": len(points),
         "left_out": lost,
     }
-    said = [f"{lost} lines are left out: the machine's response is not found there."] if lost else []
     drifts = setting.drifts(residual, len(training)).tolist()
     floor["drift"] = [
         {"name": r.name, "frequency": d, "level": level} for r, (level, d) in zip(training, drifts, strict=True)
     ]
-    said += [
-        f"{r.name}: its natural frequencies lie {d:+.2%} and its level {level:+.1%} beside those of the others; "
-        "that is taken for drift from record to record."
-        for r, (level, d) in zip(training, drifts, strict=True)
-        if abs(d) > _TOLD * FREQUENCY or abs(level) > _TOLD * LEVEL
-    ]
-    return floor, tuple(said)
+    return floor
+
+
+def _said_of_lines(floor: dict[str, Any], explained: bool) -> tuple[str, ...]:
+    """What is to be said of lines that are left out, and of records beside the others.
+
+    Where more than noise is left, not all is ``explained``, and what is missing may move a record as drift does.
+    """
+    lost = floor["left_out"]
+    said = [f"{lost} lines are left out: the machine's response is not found there."] if lost else []
+    why = "that is taken for" if explained else "that may be what is still missing, or"
+    return (
+        *said,
+        *(
+            f"{r['name']}: its natural frequencies lie {r['frequency']:+.2%} and its level {r['level']:+.1%} beside "
+            f"those of the others; {why} drift from record to record."
+            for r in floor["drift"]
+            if abs(r["frequency"]) > _TOLD * FREQUENCY or abs(r["level"]) > _TOLD * LEVEL
+        ),
+    )
 
 
 def _rms(x: Array | ComplexArray) -> float:

@@ -92,8 +92,9 @@ def _is_not_quiet(row: Row) -> bool:
 TEXT = """Rigs as above, driven by the multisine, with a temperature beside the other channels: 288 to 318 K, two
 records to fit cold and two warm, or rising by 4 K and back along each record; its sensor has 0.05 K of noise. The
 stiffness changes by 2 to 6 % over the range, in a straight line or along a curve, the damping by 30 to 90 %; beside
-another effect both have even weight in the records. Or nothing follows it. {runs} traces, seeds 0 to {last}. Written by
-`tests/acceptance/followed_table.py`."""
+another effect both have even weight in the records. Or nothing follows it. {runs} traces, seeds 0 to {last}. Not among
+them: a damping that follows the temperature beside friction of even weight, tried once, is `partial`, as friction takes
+the place of all damping. Written by `tests/acceptance/followed_table.py`."""
 
 
 def main() -> None:

@@ -29,7 +29,7 @@ from machines.loop.judge import Judged, is_rival, preferred
 from machines.loop.noise.deviation import local_slopes
 from machines.loop.noise.drift import FREQUENCY, LEVEL, Drift
 from machines.loop.records import LevelFRF, open_frfs
-from machines.loop.trace import trace_frfs
+from machines.loop.trace import _said_of_lines, trace_frfs
 
 RUBBING = chain(UPPER, Joint((*LOWER.laws, Coulomb(1.0, 2e-4))))
 STIFFER = chain(Joint((Linear(3.3e7), Viscous(700.0))), LOWER)
@@ -155,6 +155,13 @@ def test_a_peak_narrower_than_its_drift_lacks_nothing() -> None:
     assert found.verdict is Verdict.NOTHING_MISSING, found.sentence
     told = [r["frequency"] for r in found.noise_floor["drift"]]
     assert told == pytest.approx(drifts, abs=1e-5)
+
+
+def test_what_lies_beside_the_others_is_called_drift_where_nothing_else_is_left() -> None:
+    floor = {"left_out": 0, "drift": [{"name": "r1", "frequency": 0.005, "level": -0.057}]}
+    (sure,), (unsure,) = (_said_of_lines(floor, explained) for explained in (True, False))
+    assert sure.endswith("beside those of the others; that is taken for drift from record to record.")
+    assert unsure.endswith("; that may be what is still missing, or drift from record to record.")
 
 
 @pytest.mark.slow
