@@ -162,6 +162,10 @@ class Fault(ABC):
         """Whether the fault can have these parameters, where that depends on what is known of the rig."""
         return True
 
+    def shows(self, parameters: Sequence[Mapping[str, float]], records: Sequence[RigRecord]) -> bool:
+        """Whether what it is in all records, one mapping each or one for all, still is what it is named for."""
+        return True
+
     def combined(self, known: Mapping[str, float], further: Mapping[str, float]) -> Mapping[str, float]:
         """One correction that stands for ``known`` undone first and ``further`` next; here coefficients add up.
 

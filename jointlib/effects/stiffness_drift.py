@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import ClassVar
 
 import numpy as np
 
 from jointlib.arrays import Array, ComplexArray
 from jointlib.fault import Fault, RigRecord, Shape
+
+_ALONG = 0.5
+"""Of the spread of the mean stiffness over the records, how much it must change along them."""
 
 
 class StiffnessDrift(Fault):
@@ -40,3 +43,14 @@ class StiffnessDrift(Fault):
 
     def correction(self, coefficients: Array, shape: Shape) -> Mapping[str, float] | None:
         return dict(zip(self.parameters, coefficients.tolist(), strict=False))
+
+    def shows(self, parameters: Sequence[Mapping[str, float]], records: Sequence[RigRecord]) -> bool:
+        """The stiffness changes along the records, and not mainly from record to record, as with any effect of the
+        amplitude."""
+        along, between = [], []
+        for p, record in zip(parameters, records, strict=True):
+            t = record.time
+            k = p["stiffness"] + p["stiffness_rate"] * t + p["stiffness_bend"] * t**2
+            along.append(float(np.std(k)))
+            between.append(float(np.mean(k)))
+        return bool(np.sqrt(np.mean(np.square(along))) >= _ALONG * np.std(between))

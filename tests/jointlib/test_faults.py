@@ -648,3 +648,20 @@ def test_the_catalogue_holds_every_family() -> None:
         assert fault.shape_parameters <= set(fault.parameters)
         assert fault.experiment.endswith(".") or not fault.needs
         assert all(text.endswith(".") for text in fault.look_alikes.values())
+
+
+def test_a_stiffness_that_differs_from_record_to_record_alone_is_no_drift() -> None:
+    """Any effect of the amplitude does that."""
+
+    @dataclass(frozen=True)
+    class Timed:
+        time: Array
+
+    records = [Timed(np.linspace(0.1, 0.3, 200)) for _ in range(4)]
+    levels = (1e6, 3e6, -2e6, -1e6)
+
+    def sizes(rate: float) -> list[dict[str, float]]:
+        return [{"stiffness": k - 0.2 * rate, "stiffness_rate": rate, "stiffness_bend": 0.0} for k in levels]
+
+    assert not StiffnessDrift().shows(sizes(1e6), records)  # type: ignore[arg-type]
+    assert StiffnessDrift().shows(sizes(4e7), records)  # type: ignore[arg-type]

@@ -167,7 +167,9 @@ class InRig(Contestant):
 
     def admissible(self, coefficients: Array, shape: Shape, fitted: Fitted) -> bool:
         found = [self.fault.correction(c, shape) for c in self._sets(coefficients, fitted)]
-        return all(p is not None and self.fault.possible(fitted.views[0], self.where, p) for p in found)
+        known = [p for p in found if p is not None]
+        possible = all(self.fault.possible(fitted.views[0], self.where, p) for p in known)
+        return possible and len(known) == len(found) and self.fault.shows(known, fitted.views)
 
     def grown(self, coefficients: Array, shape: Shape, fitted: Fitted) -> Fitted | None:
         if not self.admissible(coefficients, shape, fitted):
