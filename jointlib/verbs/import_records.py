@@ -47,7 +47,7 @@ def command(files: tuple[Path, ...], kind: str | None, settings: tuple[str, ...]
 
 def data(brought: Brought) -> dict[str, Any]:
     """The promised keys."""
-    from jointlib.lab.importing.bring import names_of
+    from jointlib.lab.importing.draft import names_of
 
     channels = [names_of(t) for t in brought.draft.channels]
     rate = brought.draft.top.get("sample_rate")
@@ -65,7 +65,7 @@ def data(brought: Brought) -> dict[str, Any]:
 
 def words(brought: Brought) -> list[str]:
     """Kind, cuts, records and channels, and the guesses as a list."""
-    from jointlib.lab.importing.bring import names_of
+    from jointlib.lab.importing.draft import names_of
 
     told = data(brought)
     count = len(told["records"])

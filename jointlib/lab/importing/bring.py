@@ -294,8 +294,3 @@ def _words_of(record: Table) -> tuple[str, ...]:
     file = str(record["file"].value)
     group = (str(record["group"].value),) if "group" in record else ()
     return file, Path(file).name, Path(file).stem, *group
-
-
-def names_of(table: Table) -> dict[str, Any]:
-    """The values of a table without their comments."""
-    return {key: noted.value for key, noted in table.items()}

@@ -53,3 +53,8 @@ def plain(value: Any) -> str:
     if isinstance(value, bool):
         return str(value).lower()
     return repr(value) if isinstance(value, str) else f"{value:g}" if isinstance(value, float) else str(value)
+
+
+def names_of(table: Table) -> dict[str, Any]:
+    """The values of a table without their comments."""
+    return {key: noted.value for key, noted in table.items()}

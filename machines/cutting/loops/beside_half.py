@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 import scipy
 
-from jointlib.arrays import ComplexArray
+from jointlib.arrays import Array, ComplexArray
 
 from .loop_branches import Bracket, Crossing, Iterated, Loop, closed, nearest, regeneration
 
@@ -19,6 +19,8 @@ _BESIDE = 0.49
 TURNED = 0.5 - 1e-5
 """ν up to which a branch that is real at 1/2 is told from one that crosses beside it."""
 _REAL, _CLOSED = 1e-8, 1e-8
+_KNOWN = 1e-6
+"""Share of themselves up to which two eigenvalues are the same."""
 _SMALL = 120
 """Rows up to which all eigenvalues cost little beside a search."""
 _BASIS, _ROUNDS, _SETTLED = 8, 40, 1e-11
@@ -68,12 +70,36 @@ def _flips(loop: Loop, guesses: ComplexArray, depth: float) -> list[Crossing]:
     first = pairs[np.diff(pairs, prepend=-np.inf) > _MET * np.abs(pairs)]
     if isinstance(loop, Iterated) and not len(first):
         return []
-    matrix = loop(np.array([0.5]))[0]
-    few = len(matrix) <= _SMALL
-    values = np.linalg.eigvals(matrix) if few else np.concatenate([[], *(_two(matrix, one) for one in first.tolist())])
+    if isinstance(loop, Iterated) and loop.size > _SMALL:
+        values = np.concatenate([_led_to(loop, near) for near in _around(guesses, first)])
+    else:
+        matrix = loop(np.array([0.5]))[0]
+        few = len(matrix) <= _SMALL
+        values = (
+            np.linalg.eigvals(matrix) if few else np.concatenate([[], *(_two(matrix, one) for one in first.tolist())])
+        )
     size = float(np.max(np.abs(values), initial=0.0))
     real = values.real[(np.abs(values.imag) <= _REAL * size) & (values.real <= -0.5 / depth)]
     return [Crossing(-0.5 / value, 0.5, complex(value)) for value in real.tolist()]
+
+
+def _around(guesses: ComplexArray, first: Array) -> list[ComplexArray]:
+    """The guesses that are close to each of some."""
+    return [guesses[np.abs(guesses - one) <= 2 * _MET * abs(one)] for one in first.tolist()]
+
+
+def _led_to(loop: Loop, guesses: ComplexArray) -> ComplexArray:
+    """The eigenvalues at ν = 1/2 to which guesses close to each other lead; all that lie there if two of them lead to
+    one.
+
+    One that is not real comes with its conjugate, so that two guesses have led to two eigenvalues.
+    """
+    led = np.array([nearest(loop, 0.5, guess)[0] for guess in guesses.tolist()])
+    lone = np.abs(led.imag) <= _REAL * np.abs(led)
+    apart = np.abs(led[:, None] - led) + np.diag(np.full(len(led), np.inf))
+    if len(led) == 2 and (not lone.any() or np.all(apart > _KNOWN * np.abs(led))):
+        return led
+    return _two(loop(np.array([0.5]))[0], complex(np.mean(guesses.real)))
 
 
 def _two(matrix: ComplexArray, guess: complex) -> ComplexArray:

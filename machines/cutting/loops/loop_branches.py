@@ -25,6 +25,11 @@ Loop = Callable[[Array], ComplexArray]
 class Iterated(ABC):
     """A loop too large for its matrices: it finds its own eigenvalues."""
 
+    @property
+    @abstractmethod
+    def size(self) -> int:
+        """Rows of its matrices."""
+
     @abstractmethod
     def nearest(self, fraction: float, guess: complex) -> tuple[complex, ComplexArray]:
         """The eigenvalue nearest to a guess and its vector."""
