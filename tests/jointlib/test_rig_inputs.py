@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from integrated_rig import PEAK, C, K
 from prescribed_motion import FINER, PERIODS, moved, observed
-from rig_samples import PERIOD, RATE, measurement
+from rig_samples import PERIOD, RATE, measurement, record
 
 from jointlib.joint import Joint
 from jointlib.law import JointLaw, Motion
@@ -17,6 +17,7 @@ from jointlib.laws.hertz_guide import HertzGuide
 from jointlib.laws.jenkins import Jenkins
 from jointlib.laws.linear import Linear
 from jointlib.laws.viscous import Viscous
+from jointlib.loop.answer.import_checks import without_dead_channels
 from jointlib.loop.balance.equations import Observed
 from jointlib.loop.balance.inputs import Inputs, inputs_of, ranges_of
 from jointlib.loop.balance.tangents import followed_slopes
@@ -104,8 +105,8 @@ def test_an_input_is_known_without_its_noise_and_held_where_it_hardly_moves() ->
     def read(u: np.ndarray) -> Inputs:
         noisy = u + 0.5 * rng.standard_normal(len(u))
         source = RecordSource(test.source, "fit")
-        record = Record(source, {"T": noisy}, rate, period, "")
-        return inputs_of(logged, record, slice(0, len(u)), period)
+        made = Record(source, {"T": noisy}, rate, period, "")
+        return inputs_of(logged, made, slice(0, len(u)), period)
 
     course = 300 + 10 * np.sin(2 * np.pi * t / t[-1])
     moving, cold = read(course), read(np.full(len(t), 280.0))
@@ -114,6 +115,24 @@ def test_an_input_is_known_without_its_noise_and_held_where_it_hardly_moves() ->
     assert ranges["temperature"] == pytest.approx((280, 310), abs=0.2)
     assert cold.held(ranges).along["temperature"] == pytest.approx([280], abs=0.05)
     assert len(moving.held(ranges).along["temperature"]) == len(t)
+
+
+def test_a_preload_that_is_held_is_no_dead_channel() -> None:
+    moving = np.sin(np.arange(float(PERIOD)))
+    test, held = measurement(), Channel("N", "force", "N", "N", 1.0, is_input=True)
+    read = record({**{c.name: moving for c in test.channels}, "N": np.full(PERIOD, 300.0)})
+    with_input = replace(test, channels=(*test.channels, held))
+    assert without_dead_channels(with_input, [read]) == (with_input, ())
+    alive, said = without_dead_channels(replace(test, channels=(*test.channels, replace(held, is_input=False))), [read])
+    assert len(said) == 1
+    assert alive.channels == test.channels
+
+
+def test_of_what_repeats_with_an_input_the_records_are_fitted_one_by_one() -> None:
+    waves = Modulation(Role.STIFFNESS, "temperature", 0.0, ((0.0, 1.0), (2.0, 1.1), (4.0, 1.0)), 4.0)
+    assert Inputs({"temperature": np.array([1.0])}).active([waves, following(Role.DAMPING, 0.1)]) == (
+        following(Role.DAMPING, 0.1),
+    )
 
 
 def test_an_input_that_nothing_can_follow_is_told() -> None:

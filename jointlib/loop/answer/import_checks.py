@@ -35,10 +35,10 @@ def dead_channels(record: Record, names: Sequence[str]) -> tuple[str, ...]:
 def without_dead_channels(measurement: Measurement, records: Sequence[Record]) -> tuple[Measurement, tuple[str, ...]]:
     """The measurement without the channels that are dead in any of its records, and a sentence for each.
 
-    What needs them cannot be decided any more; a rig without a1 or a2 is refused. Quiet records are not asked: there
-    a good sensor may show nothing.
+    What needs them cannot be decided any more; a rig without a1 or a2 is refused. Quiet records are not asked, where
+    a good sensor may show nothing, nor are inputs, as a preload that is held.
     """
-    names = [c.name for c in measurement.channels if c.quantity in ("acceleration", "force")]
+    names = [c.name for c in measurement.channels if c.quantity in ("acceleration", "force") and not c.is_input]
     dead: dict[str, str] = {}
     for record in records:
         if record.source.role != "quiet":

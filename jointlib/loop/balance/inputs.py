@@ -37,8 +37,9 @@ class Inputs:
     """s."""
 
     def active(self, modulations: Sequence[Modulation]) -> tuple[Modulation, ...]:
-        """Those whose input this record has; the others stay at their reference."""
-        return tuple(m for m in modulations if m.condition in self.along)
+        """Those whose input this record has; the others stay at their reference, and what repeats with an input is
+        fitted to each record by itself."""
+        return tuple(m for m in modulations if m.condition in self.along and m.period is None)
 
     def reached(self, law: JointLaw, modulations: Sequence[Modulation]) -> list[tuple[Array, JointLaw]]:
         """The law at the factors that its parameters reach, each with its weight along the record.
