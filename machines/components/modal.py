@@ -128,6 +128,12 @@ class Modal(Component):
         ratio = modes.damping_ratio if given is None else np.array(given)
         if ratio is None:
             raise InputError(f"{section.where}: {path} tells no damping, expected damping_ratio, one per mode")
+        for key, own in (("frequency", frequency), ("modal_mass", mass)):
+            if own is not None and len(own) != len(modes.frequency):
+                raise InputError(
+                    f"{section.where}: {key} has {len(own)} value{'s' * (len(own) != 1)}, expected one for each of the "
+                    f"{len(modes.frequency)} modes of {path.name}"
+                )
         weight = section.number("mass", "kg", None), section.words("carries", None)
         found = (
             *(name, dofs, modes.frequency if frequency is None else np.array(frequency), ratio, modes.shapes),

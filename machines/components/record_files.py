@@ -25,6 +25,8 @@ def entries_of(
     value, variance, quantity = found.value, found.variance, found.quantity
     assert quantity is not None
     if value.ndim == 1:
+        if len(dofs) == 1:
+            sides = sides[0] or dofs[0], sides[1] or dofs[0]
         if sides[0] is None or sides[1] is None:
             raise InputError(
                 f"{part.where}: response and drive are missing, expected two of the dofs {', '.join(dofs)}"

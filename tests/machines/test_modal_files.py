@@ -105,7 +105,11 @@ BAD = [
     ('"modes.npz"\n[tool]', '"modes.uff"\n' + AT.replace("7-Z", "8-Z"), "no motion '8-Z' in mode 1"),
     ('"modes.npz"\n[tool]', '"modes.uff"\n' + AT.replace("7-Z", "seven"), "at is 'seven'"),
     ('"modes.npz"\n[tool]', '"turning.uff"\n' + AT, "complex or other modes"),
-    ('"modes.npz"', '"modes.npz"\nfrequency = [1]', "unknown key 'frequency'"),
+    (
+        '"modes.npz"',
+        '"modes.npz"\nfrequency = [1]',
+        "frequency has 1 value, expected one for each",
+    ),
     ('"top.z"', '"top.y", "top.z"', "shapes has shape"),
 ]
 

@@ -13,7 +13,7 @@ from jointlib.shown.progress import Silent
 from machines import lobes_at_amplitude, read_machine
 from machines.answers.told.lobes_over_amplitude import zones_of
 from machines.cutting.amplitude import lobes_over_range as ranged
-from machines.cutting.loops import harmonic_crossing
+from machines.cutting.loops import critical_depth
 from machines.cutting.loops.critical_depth import near
 from machines.cutting.loops.loop_branches import NONE, Bracket, Crossing, Loop, closed, regeneration
 
@@ -68,7 +68,7 @@ def test_where_two_crossings_meet(tmp_path: Path, monkeypatch: pytest.MonkeyPatc
         calls.append(crossing)
         return NONE if lost == "every" or len(calls) == 1 else near(loop, crossing)
 
-    monkeypatch.setattr(harmonic_crossing, "near", loses)
+    monkeypatch.setattr(critical_depth, "near", loses)
     again = lobes_at_amplitude(machine, [7375.5], method="multi-frequency")
     assert calls
     assert float(again.depth[0]) == pytest.approx(float(found.depth[0]), rel=1e-6)
