@@ -43,7 +43,7 @@ def stiffness_by_temperature(rng: np.random.Generator, s: Scale, share: float) -
     k = side * share * _STIFFNESS * _shares(at)[:, None]
     rise = {"rise": float(side * share / (_HIGH - _LOW))}  # 1/K, of the stiffness in the middle of the range.
     logged = {"temperature": _logged(at, s, rng)}
-    return Injected(("modulation",), "stiffness", rise, hidden=lambda z, v, t: k * z, inputs=logged)
+    return Injected(("modulation",), "stiffness-by-temperature", rise, hidden=lambda z, v, t: k * z, inputs=logged)
 
 
 def saturating_stiffness(rng: np.random.Generator, s: Scale, share: float) -> Injected:
@@ -51,7 +51,10 @@ def saturating_stiffness(rng: np.random.Generator, s: Scale, share: float) -> In
     side, at = rng.choice([-1.0, 1.0]), _temperatures(rng, s)
     k = side * share * _STIFFNESS * _saturating(_shares(at))[:, None]
     return Injected(
-        ("modulation",), hidden=lambda z, v, t: k * z, inputs={"temperature": _logged(at, s, rng)}, site="stiffness"
+        ("modulation",),
+        hidden=lambda z, v, t: k * z,
+        inputs={"temperature": _logged(at, s, rng)},
+        site="stiffness-by-temperature",
     )
 
 
@@ -60,7 +63,10 @@ def damping_by_temperature(rng: np.random.Generator, s: Scale, share: float) -> 
     side, at = rng.choice([-1.0, 1.0]), _temperatures(rng, s)
     c = side * 15 * share * _DAMPING * _shares(at)[:, None]
     return Injected(
-        ("modulation",), hidden=lambda z, v, t: c * v, inputs={"temperature": _logged(at, s, rng)}, site="damping"
+        ("modulation",),
+        hidden=lambda z, v, t: c * v,
+        inputs={"temperature": _logged(at, s, rng)},
+        site="damping-by-temperature",
     )
 
 
@@ -77,7 +83,13 @@ def warming_stiffness(rng: np.random.Generator, s: Scale, share: float) -> Injec
 
     time = np.arange(round(s.window * 102400)) / 102400
     logged = _logged(begin, s, rng) + course(time)
-    return Injected(("modulation",), hidden=force, inputs={"temperature": logged}, whole_record=True, site="stiffness")
+    return Injected(
+        ("modulation",),
+        hidden=force,
+        inputs={"temperature": logged},
+        whole_record=True,
+        site="stiffness-by-temperature",
+    )
 
 
 def idle_temperature(rng: np.random.Generator, s: Scale, share: float) -> Injected:

@@ -15,8 +15,8 @@ from pathlib import Path
 from typing import Any
 
 from cells import DECIBELS, Cell, grid
-from several_table import terms
-from summary import SEVERAL, named, read, same, share_line
+from several_table import all_named, wrong
+from summary import SEVERAL, read, share_line
 from table import run_all
 
 Row = dict[str, Any]
@@ -34,32 +34,6 @@ IDLE = ("idle-temperature", "cubic+idle-temperature", "coulomb+idle-temperature"
 def cells(seeds: Iterable[int]) -> list[Cell]:
     """Everything, at 60 and 40 dB."""
     return grid("followed", [*ALONE, *PAIRS, *IDLE], ["MS"], DECIBELS[:2], seeds)
-
-
-def is_right(row: Row, answer: Row, which: int) -> bool:
-    """Whether an answer is what is hidden, of a modulation the same role by the same input."""
-    if not same({**row, "site": "" if answer["family"] == "modulation" else row["site"]}, answer, which):
-        return False
-    return answer["family"] != "modulation" or answer["member"] == f"{row['site'].split()[which]} by temperature"
-
-
-def answers(row: Row) -> list[Row]:
-    """What is named, with every rival."""
-    own = row.get("rivals") or []
-    return [a for t in terms(row) for a in (t, *(t.get("rivals") or ()))] + own
-
-
-def all_named(row: Row) -> bool:
-    """Everything that is hidden is among the terms or their rivals, and the verdict carries names."""
-    return named(row) and all(any(is_right(row, a, k) for a in answers(row)) for k in range(len(row["truth"])))
-
-
-def wrong(row: Row) -> bool:
-    """A term is none of what is hidden, nor is any of its rivals."""
-    many, own = range(len(row["truth"])), row.get("rivals") or []
-    return named(row) and any(
-        not any(is_right(row, a, k) for a in (t, *(t.get("rivals") or ()), *own) for k in many) for t in terms(row)
-    )
 
 
 def page(rows: Sequence[Row]) -> str:

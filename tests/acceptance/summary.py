@@ -45,12 +45,15 @@ def read(path: Path) -> list[Row]:
 
 
 def same(row: Row, answer: Row | None, which: int = 0) -> bool:
-    """True where an answer is the truth: its family, and the channel or body where one is faulty."""
+    """True where an answer is the truth: its family, and the channel or body where one is faulty, or the member of a
+    modulation, ``stiffness-by-temperature``."""
     if not answer or which >= len(row["truth"]) or answer["family"] != row["truth"][which]:
         return False
     sites = row["site"].split()
     site = sites[which] if which < len(sites) else ""
     said = answer.get("channel") or answer.get("body")
+    if answer["family"] == "modulation":
+        said = answer["member"].replace(" ", "-")
     return site in ("", "-") or said is None or said == site
 
 

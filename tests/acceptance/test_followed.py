@@ -6,8 +6,9 @@ from pathlib import Path
 
 import pytest
 from cells import cells_of, grid
-from followed_table import all_named, cells, wrong
+from followed_table import cells
 from measure import simulate, write
+from several_table import all_named, wrong
 from table import run
 
 from jointlib import read_joint, read_measurement, trace

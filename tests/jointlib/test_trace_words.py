@@ -11,6 +11,7 @@ from test_trace_path import MASS, cycle, drive, dry, measurement
 from jointlib.joint import Joint
 from jointlib.laws.coulomb import Coulomb
 from jointlib.laws.linear import Linear
+from jointlib.loop.answer.following import unfollowed
 from jointlib.loop.answer.report import Candidate, Estimate, Status, Verdict
 from jointlib.loop.path import words
 from jointlib.loop.path.composed.follower import Follower
@@ -89,9 +90,9 @@ def test_an_input_is_told_to_what_its_range_resolves() -> None:
 def test_a_voltage_that_nothing_follows_is_told(tmp_path: Path) -> None:
     m = measurement(tmp_path, Mass(MASS), a=(drive(dry(10.0), cycle((0.05, 0.1), 3)), "fit", None))
     control = Channel("U", "voltage", "V", "V", 1.0)
-    (said,) = words.unfollowed(replace(m, channels=(*m.channels, control)))
+    (said,) = unfollowed((*m.channels, control))
     assert said.startswith("Channel U (voltage) takes no part")
-    assert not words.unfollowed(replace(m, channels=(*m.channels, replace(control, is_input=True))))
+    assert not unfollowed((*m.channels, replace(control, is_input=True)))
 
 
 def test_a_number_without_a_unit_is_told_without_one() -> None:

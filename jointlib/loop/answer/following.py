@@ -13,7 +13,8 @@ from jointlib.arrays import Array
 from jointlib.effect import JointEffect, Path
 from jointlib.joint import Joint
 from jointlib.loop.answer.report import Estimate
-from jointlib.modulation import CONDITIONS, Modulation, factors_of, lags_of, names_of, stepped
+from jointlib.measurement import Channel, Measurement
+from jointlib.modulation import CONDITION_OF, CONDITIONS, INPUTS, Modulation, factors_of, lags_of, names_of, stepped
 from jointlib.parameter import Role, parameters_of
 from jointlib.units import with_error
 
@@ -93,6 +94,18 @@ class Following(JointEffect):
     def apply(self, coefficients: Array, shape: Mapping[str, float], joint: Joint) -> Joint | None:
         moved = stepped(self.start(shape["points"], joint), coefficients)
         return None if moved is None else replace(joint, modulations=(*joint.modulations, moved), covariance=None)
+
+
+def followed(measurement: Measurement) -> tuple[Channel, ...]:
+    """The channels that parameters may follow."""
+    return tuple(c for c in measurement.channels if c.is_input and c.quantity in CONDITION_OF)
+
+
+def unfollowed(channels: Sequence[Channel]) -> list[str]:
+    """Voltages, currents and temperatures that nothing says parameters may follow."""
+    told = "takes no part; with input = true in its [[channel]] parameters may follow it."
+    idle = [c for c in channels if c.quantity in INPUTS and not c.is_input]
+    return [f"Channel {c.name} ({c.quantity}) {told}" for c in idle]
 
 
 def points_of(along: Sequence[Array]) -> tuple[tuple[float, ...], float] | None:

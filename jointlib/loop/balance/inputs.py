@@ -11,6 +11,7 @@ import scipy
 from jointlib.arrays import Array
 from jointlib.joint import Joint
 from jointlib.law import JointLaw
+from jointlib.loop.answer.following import followed
 from jointlib.measurement import Measurement, Record
 from jointlib.modulation import CONDITION_OF, Modulation, acting, hats, names_of, scaled
 from jointlib.parameter import Role
@@ -97,9 +98,8 @@ NO_INPUTS = Inputs()
 def inputs_of(measurement: Measurement, record: Record, steady: slice, period: int) -> Inputs:
     """The inputs along the steady part of a record, without what is faster than a period of the excitation."""
     along: dict[str, Array] = {}
-    for c in measurement.channels:
-        if c.is_input and c.quantity in CONDITION_OF:
-            along.setdefault(CONDITION_OF[c.quantity], _smooth(record.channels[c.name][steady], period))
+    for c in followed(measurement):
+        along.setdefault(CONDITION_OF[c.quantity], _smooth(record.channels[c.name][steady], period))
     return Inputs(along, 1 / record.sample_rate)
 
 

@@ -11,8 +11,9 @@ import scipy
 from jointlib.arrays import Array, ComplexArray
 from jointlib.effect import Path
 from jointlib.identification.path_record import low_pass, slope
+from jointlib.loop.answer.following import followed
 from jointlib.loop.path.force.kept_low_pass import low_pass_kept
-from jointlib.measurement import Channel, Measurement, Record
+from jointlib.measurement import Measurement, Record
 from jointlib.modulation import CONDITION_OF
 from jointlib.path_fault import PathFault, PathRecord
 
@@ -190,11 +191,6 @@ def prepare(measurement: Measurement, record: Record, preparation: Preparation) 
         inputs={CONDITION_OF[c.quantity]: record.channels[c.name] for c in reversed(followed(measurement))},
         begin=max(preparation.edge, _ramp(z)),
     )
-
-
-def followed(measurement: Measurement) -> tuple[Channel, ...]:
-    """The channels that parameters may follow along a path."""
-    return tuple(c for c in measurement.channels if c.is_input and c.quantity in CONDITION_OF)
 
 
 def thinned(record: Record, every: int) -> Record:

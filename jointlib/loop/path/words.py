@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from jointlib.joint import Joint
-from jointlib.loop.answer.following import changes_in_words
+from jointlib.loop.answer.following import changes_in_words, unfollowed
 from jointlib.loop.answer.naming import NAMED_FROM, NEAREST_FROM
 from jointlib.loop.answer.report import Candidate, Estimate, Rival, Verdict, figures
 from jointlib.loop.path.composed.follower import Follower
@@ -14,7 +14,6 @@ from jointlib.loop.path.evidence import Evidence
 from jointlib.loop.path.strokes import FEWEST_BLOCKS
 from jointlib.loop.path.trials import Effect
 from jointlib.measurement import Measurement, Record
-from jointlib.modulation import INPUTS
 from jointlib.path_fault import PathFault
 
 WHERE = {
@@ -155,13 +154,6 @@ def volts(measurement: Measurement) -> list[str]:
     return [f"Channels are in volts: {' and '.join(quantities)}; parameters are in units of the circuit."]
 
 
-def unfollowed(measurement: Measurement) -> list[str]:
-    """Voltages, currents and temperatures that nothing says parameters may follow."""
-    told = "takes no part; with input = true in its [[channel]] parameters may follow it."
-    idle = [c for c in measurement.channels if c.quantity in INPUTS and not c.is_input]
-    return [f"Channel {c.name} ({c.quantity}) {told}" for c in idle]
-
-
 def warnings_of(
     evidence: Evidence, measurement: Measurement, ignored: Sequence[str], records: Sequence[Record]
 ) -> list[str]:
@@ -183,7 +175,7 @@ def warnings_of(
         for c in measurement.channels:
             if count := c.at_full_scale(r.channels[c.name]):
                 out.append(f"{r.name}: {count} samples of {c.name} are at the end of its range; they may be clipped.")
-    out += unfollowed(measurement)
+    out += unfollowed(measurement.channels)
     if ignored:
         out.append(f"Columns not used: {', '.join(ignored)}.")
     if measurement.simulated:

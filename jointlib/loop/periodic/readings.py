@@ -11,6 +11,7 @@ from jointlib.arrays import Array
 from jointlib.errors import InputError
 from jointlib.io.measurement_file import read_records
 from jointlib.joint import Joint
+from jointlib.loop.answer.following import unfollowed
 from jointlib.loop.answer.import_checks import without_dead_channels
 from jointlib.loop.balance.bench import Found, Raw
 from jointlib.loop.balance.bodies import Rig, rig_of
@@ -19,7 +20,7 @@ from jointlib.loop.balance.inputs import inputs_of, ranges_of
 from jointlib.loop.balance.spectra import Spectra, spectra_of
 from jointlib.loop.contest.fitted import Fitted, fit, free_parameters
 from jointlib.measurement import Channel, Measurement, Record
-from jointlib.modulation import CONDITION_OF, INPUTS
+from jointlib.modulation import CONDITION_OF
 
 
 @dataclass(frozen=True)
@@ -78,16 +79,13 @@ def readings(measurement: Measurement) -> Readings:
 def idle_inputs(channels: Sequence[Channel], ranges: Mapping[str, tuple[float, float]]) -> list[str]:
     """A sentence for every channel that might be an input and that nothing can follow."""
     said = []
-    for c in channels:
+    for c in (c for c in channels if c.is_input):
         what, condition = f"Channel {c.name} ({c.quantity})", CONDITION_OF.get(c.quantity)
-        if not c.is_input:
-            if c.quantity in INPUTS:
-                said.append(f"{what} takes no part; with input = true in its [[channel]] parameters may follow it.")
-        elif condition is None or condition not in ranges:
+        if condition is None or condition not in ranges:
             said.append(f"{what} takes no part: parameters do not follow this quantity.")
         elif ranges[condition][0] == ranges[condition][1]:
             said.append(f"{what} is the same in all records to fit: whether parameters follow it they cannot tell.")
-    return said
+    return [*said, *unfollowed(channels)]
 
 
 def _spectra(measurement: Measurement, records: Sequence[Record], warnings: list[str]) -> list[tuple[Record, Spectra]]:
