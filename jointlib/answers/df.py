@@ -10,10 +10,10 @@ import numpy as np
 from jointlib.answers.given import File, Quantities, Quantity, joint_of, one, several
 from jointlib.arrays import Array, ComplexArray
 from jointlib.describing import DescribingFunction
-from jointlib.foreign.memory import refuse_beyond
 from jointlib.joint import Joint
 from jointlib.shown.pictures import axes_of, draw_stiffness, name_curves
 from jointlib.shown.result import Columns, Shown
+from jointlib.system.memory import refuse_beyond
 
 _EACH = 800.0
 """Bytes that an amplitude at a frequency takes until it is printed, 660 in a table and 800 as JSON."""

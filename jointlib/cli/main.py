@@ -70,7 +70,7 @@ def _limit() -> click.Option:
 
     def ask(_context: click.Context, _option: click.Parameter, size: str | None) -> None:
         if size is not None:
-            from jointlib.foreign import memory
+            from jointlib.system import memory
 
             memory.ask(memory.bytes_in(size, "--limit"))
 
@@ -160,7 +160,7 @@ def main() -> None:
 
 def _status() -> int:
     """Run the verb; the exit status, after one sentence on standard error where it is not 0."""
-    from jointlib.foreign.memory import limited
+    from jointlib.system.memory import limited
 
     with limited():
         return _called()
@@ -178,7 +178,7 @@ def _called() -> int:
         click.echo(f"jointlib: {told(error.format_message())}", err=True)
         return 2
     except MemoryError:
-        from jointlib.foreign.memory import in_words, limit
+        from jointlib.system.memory import in_words, limit
 
         most = in_words(limit())
         click.echo(

@@ -14,7 +14,7 @@ import scipy
 
 from jointlib.errors import InputError
 from jointlib.foreign.door import bytes_of, foreign
-from jointlib.foreign.memory import refuse_beyond
+from jointlib.system.memory import refuse_beyond
 
 _HEADER = 65536
 """Letters that the header of an array may have."""

@@ -16,7 +16,7 @@ import numpy as np
 
 from jointlib.arrays import Array, ComplexArray
 from jointlib.errors import InputError, told
-from jointlib.foreign.memory import refuse_beyond
+from jointlib.system.memory import refuse_beyond
 
 T = TypeVar("T")
 _TEXT_GROWS = 12

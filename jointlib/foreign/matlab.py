@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 import scipy
 
-from jointlib.foreign.memory import limit
+from jointlib.system.memory import limit
 
 _NUMBERS = {1: "i1", 2: "u1", 3: "i2", 4: "u2", 5: "i4", 6: "u4", 7: "f4", 9: "f8", 12: "i8", 13: "u8"}
 """Types of data elements by their number."""

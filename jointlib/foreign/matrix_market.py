@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import scipy
 
-from jointlib.foreign.memory import refuse_beyond
+from jointlib.system.memory import refuse_beyond
 
 _FIELDS = ("real", "double", "integer", "unsigned-integer", "pattern")
 _SYMMETRIES = {"general": 0.0, "symmetric": 1.0, "skew-symmetric": -1.0}

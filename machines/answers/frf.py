@@ -13,11 +13,11 @@ import numpy as np
 
 from jointlib.answers.given import File, Quantities, Span, files_of, several, span
 from jointlib.errors import InputError
-from jointlib.foreign.memory import refuse_beyond
 from jointlib.io.atomic import given_target
 from jointlib.shown.pictures import axes_of
 from jointlib.shown.progress import Progress, Silent
 from jointlib.shown.result import Columns, Shown
+from jointlib.system.memory import refuse_beyond
 
 from ..files.opened import machine_of
 from ..forced_response.each_drive import peak_rows, responses

@@ -6,17 +6,11 @@ noticeable share of the time. Results go to the store as they come; who computed
 
 from __future__ import annotations
 
-import contextlib
 import math
-import multiprocessing
-import os
-import signal
-import threading
 import time
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Executor, Future, ProcessPoolExecutor, wait
+from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Executor, Future, wait
 from dataclasses import dataclass
-from multiprocessing.process import parent_process
 
 from jointlib.arrays import Array
 from jointlib.errors import InputError
@@ -30,7 +24,6 @@ _TASK = 2.0
 """Seconds a task should take."""
 _AHEAD = 2
 """Tasks waiting per worker, so that none is idle while results are written."""
-_THREADS = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")
 
 
 @dataclass(frozen=True)
@@ -128,64 +121,3 @@ class _Here(Executor):
         future: Future[object] = Future()
         future.set_result(fn(*args, **kwargs))
         return future
-
-
-def single_threaded() -> bool:
-    """Whether linear algebra has one thread in this process; with more its last digits may be others."""
-    return os.cpu_count() == 1 or any(os.environ.get(name) == "1" for name in _THREADS)
-
-
-@contextlib.contextmanager
-def process_pool(workers: int) -> Iterator[Executor]:
-    """Processes with one thread each for linear algebra, which end when this process does."""
-    before = {name: os.environ.get(name) for name in _THREADS}
-    os.environ.update(dict.fromkeys(_THREADS, "1"))  # read when a worker imports numpy
-    try:
-        context, others = multiprocessing.get_context("spawn"), multiprocessing.active_children()
-        with ProcessPoolExecutor(workers, mp_context=context, initializer=_end_with_parent) as pool:
-            try:
-                with _undisturbed():
-                    for _ in range(workers):  # each starts a worker
-                        pool.submit(os.getpid)
-                yield pool
-            except BaseException:
-                for worker in set(multiprocessing.active_children()).difference(others):
-                    worker.terminate()
-                pool.shutdown(cancel_futures=True)
-                raise
-    finally:
-        for name, value in before.items():
-            if value is None:
-                os.environ.pop(name, None)
-            else:
-                os.environ[name] = value
-
-
-@contextlib.contextmanager
-def _undisturbed() -> Iterator[None]:
-    """Keeps Ctrl-C from the processes that are started meanwhile until they can end without a word."""
-    if not hasattr(signal, "pthread_sigmask"):
-        yield
-        return
-    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
-    try:
-        yield
-    finally:
-        signal.pthread_sigmask(signal.SIG_SETMASK, before)
-
-
-def _end_with_parent() -> None:
-    """Watch the parent from a thread and leave with it, even where it was killed; Ctrl-C ends without a word."""
-    if signal.getsignal(signal.SIGINT) is signal.default_int_handler:
-        signal.signal(signal.SIGINT, signal.SIG_DFL)
-    if hasattr(signal, "pthread_sigmask"):
-        signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT})
-    parent = parent_process()
-    if parent is None:
-        return
-
-    def watch() -> None:
-        parent.join()
-        os._exit(1)
-
-    threading.Thread(target=watch, daemon=True).start()

@@ -22,9 +22,10 @@ from jointlib.arrays import Array
 from jointlib.errors import InputError
 from jointlib.io.atomic import sha256, write_npz
 from jointlib.joint import Joint
+from jointlib.system.processes import process_pool, single_threaded
 
 from .asked import check_asked
-from .engine import compute, process_pool, single_threaded
+from .engine import compute
 from .evaluation import Evaluation, Generation
 from .inputs import inputs_hash
 from .search import generations, optimiser

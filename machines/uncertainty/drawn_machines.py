@@ -16,9 +16,9 @@ import numpy as np
 
 from jointlib.arrays import Array
 from jointlib.errors import InputError
-from jointlib.foreign.memory import refuse_beyond
 from jointlib.joint import Covariance, Joint
 from jointlib.parameter import parameters_of
+from jointlib.system.memory import refuse_beyond
 
 from ..components.measured import Measured
 from ..components.modal import Modal

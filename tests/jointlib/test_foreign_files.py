@@ -22,8 +22,8 @@ from jointlib.foreign.archive import arrays_of
 from jointlib.foreign.door import bytes_of, foreign, usable
 from jointlib.foreign.matlab import variables_of
 from jointlib.foreign.matrix_market import read_matrix_market
-from jointlib.foreign.memory import ask, bytes_in, free_memory, limited, refuse_beyond
 from jointlib.io.finite_elements.matrix_files import read_matrix
+from jointlib.system.memory import ask, bytes_in, free_memory, limited, refuse_beyond
 
 
 def written(variables: dict[str, Any], **how: Any) -> bytes:

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from jointlib.arrays import Array
-from machines.study.engine import process_pool
+from jointlib.system.processes import process_pool
 from machines.study.run import search_all
 from machines.study.store import Store
 from machines.study.study import Study

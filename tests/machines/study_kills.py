@@ -9,7 +9,8 @@ from pathlib import Path
 import numpy as np
 
 from jointlib.arrays import Array
-from machines.study.engine import compute, process_pool
+from jointlib.system.processes import process_pool
+from machines.study.engine import compute
 from machines.study.store import Store
 
 TOTAL, BLOCK = 1003, 10

@@ -6,6 +6,7 @@ import re
 from dataclasses import replace
 from itertools import count
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -28,7 +29,7 @@ SPEEDS = np.linspace(6000.0, 12000.0, 60)
 def clock(monkeypatch: pytest.MonkeyPatch) -> None:
     """Every look at the clock finds it a second later."""
     seconds = count()
-    monkeypatch.setattr(lowest.time, "monotonic", lambda: float(next(seconds)))
+    monkeypatch.setattr(lowest, "time", SimpleNamespace(monotonic=lambda: float(next(seconds))))
 
 
 @pytest.mark.usefixtures("clock")
@@ -110,7 +111,7 @@ def test_zero_order_previews_the_speeds_that_are_left_out(monkeypatch: pytest.Mo
     machine = read_machine(LIBRARY / "two_mode_tool.toml")
     with monkeypatch.context() as patched:
         seconds = count()
-        patched.setattr(lowest.time, "monotonic", lambda: float(next(seconds)))
+        patched.setattr(lowest, "time", SimpleNamespace(monotonic=lambda: float(next(seconds))))
         chart = lobes_over_range(machine, SPEEDS, budget=20.0)
     preview, (said,) = previewed(machine, chart, Silent())
     expected = lobes_at_amplitude(machine, SPEEDS, 0.0, "zero-order")

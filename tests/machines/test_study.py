@@ -12,10 +12,11 @@ from jointlib import write_joint
 from jointlib.errors import InputError
 from jointlib.joint import Joint
 from jointlib.laws.jenkins import Jenkins
+from jointlib.system import processes
 from machines import Beam, Rigid, frozen_receptance, lobes_at_amplitude, read_machine
 from machines.cutting.amplitude.pocket import limit_of, pocket, removal_rate
 from machines.lobes import Cutting
-from machines.study import engine, run
+from machines.study import run
 from machines.study.evaluation import Evaluation
 from machines.study.findings.verdict import judge
 from machines.study.inputs import inputs, inputs_hash
@@ -217,7 +218,7 @@ def test_one_worker_computes_elsewhere_where_this_process_has_many_threads(
 
     def noted(workers: int) -> object:
         pools.append(workers)
-        return engine.process_pool(workers)
+        return processes.process_pool(workers)
 
     monkeypatch.setattr(run, "process_pool", noted)
     for threads, computed in ((True, []), (False, [1])):

@@ -20,8 +20,10 @@ from study_kills import BLOCK, TOTAL
 
 from jointlib.arrays import Array
 from jointlib.errors import InputError
+from jointlib.system import processes
+from jointlib.system.processes import process_pool
 from machines.study import engine
-from machines.study.engine import compute, process_pool
+from machines.study.engine import compute
 from machines.study.store import Store
 
 SCRIPT = Path(study_kills.__file__)
@@ -256,12 +258,12 @@ def test_tasks_are_as_long_as_the_measured_cost_allows(
 
 def test_workers_have_one_thread_for_linear_algebra(monkeypatch: pytest.MonkeyPatch) -> None:
     """With more threads the last digits of a product may be others, and processes would fight for the processors."""
-    for name in engine._THREADS:
+    for name in processes._THREADS:
         monkeypatch.delenv(name, raising=False)
     monkeypatch.setattr(os, "cpu_count", lambda: 8)
-    assert not engine.single_threaded()
+    assert not processes.single_threaded()
     with process_pool(1) as pool:
-        assert [pool.submit(os.getenv, name).result() for name in engine._THREADS] == ["1", "1", "1"]
+        assert [pool.submit(os.getenv, name).result() for name in processes._THREADS] == ["1", "1", "1"]
     assert os.getenv("OPENBLAS_NUM_THREADS") is None
     monkeypatch.setenv("OMP_NUM_THREADS", "1")
-    assert engine.single_threaded()
+    assert processes.single_threaded()

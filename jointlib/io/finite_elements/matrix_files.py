@@ -15,11 +15,11 @@ from jointlib.foreign.archive import arrays_of, is_sparse, sparse_of
 from jointlib.foreign.door import LARGEST, bytes_of, foreign, usable
 from jointlib.foreign.matlab import variables_of
 from jointlib.foreign.matrix_market import read_matrix_market
-from jointlib.foreign.memory import refuse_beyond
 from jointlib.io.finite_elements.calculix import read_calculix
 from jointlib.io.finite_elements.dmig import Label, read_dmig
 from jointlib.io.finite_elements.harwell_boeing import read_harwell_boeing
 from jointlib.io.finite_elements.op4 import read_op4
+from jointlib.system.memory import refuse_beyond
 
 MATRIX_MARKET = (".mtx", ".mm")
 HARWELL_BOEING = (".hb", ".rsa", ".rua", ".rb", ".matrix")

@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 
 from jointlib.foreign.door import foreign
-from jointlib.foreign.memory import refuse_beyond
 from jointlib.foreign.tried import tried
 from jointlib.lab.lab_file import LabFile, columns_of, needed, spectra_of
+from jointlib.system.memory import refuse_beyond
 
 _UNITS = ("unit", "units", "Unit", "Units", "unit_string", "EngineeringUnit")
 

@@ -11,15 +11,15 @@ line is kept while the tool moves half as much as at most.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from itertools import islice
 
 import numpy as np
 
 from jointlib.arrays import Array, ComplexArray
 from jointlib.errors import CheckFailed, InputError, Outcome
+from jointlib.system.processes import on_every_core
 
 from ...deadline import in_time
 from ...operating.operating_point import Gains, OperatingPoint
@@ -84,13 +84,13 @@ class DevelopedChatter:
     search: HeldJoints
     method: HeldJoints
 
-    def persistent(self, speeds: Iterable[float]) -> Iterator[Persistent]:
+    def persistent(self, speeds: Sequence[float]) -> Iterator[Persistent]:
         """The lowest one at each speed in rpm; its depth is inf where there is none."""
-        remaining = iter(speeds)
-        while some := list(islice(remaining, _TOGETHER)):
-            yield from self._lowest(some)
+        together = [speeds[i : i + _TOGETHER] for i in range(0, len(speeds), _TOGETHER)]
+        for found in on_every_core(self._lowest, together, len(together)):
+            yield from found
 
-    def _lowest(self, speeds: list[float]) -> list[Persistent]:
+    def _lowest(self, speeds: Sequence[float]) -> list[Persistent]:
         lowest, before = dict[int, Persistent](), set[int]()
         for level in range(_RAISES):
             left = [i for i in range(len(speeds)) if i not in lowest]

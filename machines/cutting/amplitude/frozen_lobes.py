@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from collections import Counter
 from dataclasses import replace
-from functools import lru_cache
+from functools import lru_cache, partial
 
 import numpy as np
 
 from jointlib.arrays import Array, ArrayLike
 from jointlib.errors import InputError, Outcome
+from jointlib.system.processes import on_every_core
 
 from ...harmonic_balance.assembly import Assembly
 from ...indices import Mask
@@ -89,14 +90,18 @@ def frozen_lobes(
 def _each_at_its_own(
     machine: Machine, speed: Array, amplitude: float, method: str | None, points: int
 ) -> tuple[StabilityLobes, Mask]:
-    """Every speed with the machine as it is at that speed; one method for all of them, that of the lowest."""
-    charts, held = [], []
-    for rpm in speed.ravel():
-        own = at_speed(machine, float(rpm))
+    """Every speed with the machine as it is at that speed; one method for all of them, that of the first."""
+
+    def at(rpm: float, method: str | None) -> tuple[StabilityLobes, Mask]:
+        own = at_speed(machine, rpm)
         chart, stuck = _frozen(own, [rpm], amplitude, method, points)
-        method, band = method or chart.method, chatter_band(own).said
-        charts.append(replace(chart, warnings=tuple(said for said in chart.warnings if said not in band)))
-        held.append(stuck)
+        band = chatter_band(own).said
+        return replace(chart, warnings=tuple(said for said in chart.warnings if said not in band)), stuck
+
+    first, *further = speed.ravel().tolist()
+    found = [at(first, method)]
+    found += on_every_core(partial(at, method=method or found[0][0].method), further, len(further))
+    charts, held = [chart for chart, _ in found], [stuck for _, stuck in found]
     whole, back = joined(charts), np.argsort(np.argsort(speed.ravel(), kind="stable"))
     shaped = {key: getattr(whole, key)[back].reshape(speed.shape) for key in BY_SPEED}
     lowest = charts[int(np.argmin([chart.depth[0] for chart in charts]))]

@@ -13,12 +13,14 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
 from jointlib.arrays import Array, ArrayLike
 from jointlib.errors import CheckFailed
 from jointlib.shown.progress import each, remark
+from jointlib.system.processes import on_every_core
 
 from ...model.machine import Machine
 from ..process.chart import BY_SPEED, StabilityLobes, joined
@@ -56,21 +58,18 @@ def lobes_over_range(
     was looked at, not those alone at which the limit dips.
     """
     speeds, deadline = np.ravel(np.asarray(speed, dtype=float)), time.monotonic() + budget
+    refused: dict[float, str] = {}
+
+    def charted(further: Array) -> StabilityLobes:
+        return lobes_at_amplitude(machine, further, amplitude, method)
 
     def at(further: Array) -> StabilityLobes:
-        try:
-            return lobes_at_amplitude(machine, further, amplitude, method)
-        except CheckFailed as error:
-            # A speed that does not settle takes no other with it.
-            if further.size < 2:
-                refused[float(further[0])] = str(error)
-                raise
-            halves = [part for half in np.array_split(further, 2) if (part := _tried(at, half)) is not None]
-            if not halves:
-                raise
-            return joined(halves)
+        chart, left_out = settled(charted, further)
+        refused.update(left_out)
+        if chart is None:
+            raise CheckFailed(next(iter(left_out.values())))
+        return chart
 
-    refused: dict[float, str] = {}
     tried = np.unique(np.linspace(0, speeds.size - 1, _TRIED).round().astype(int))
     begun = time.monotonic()
     chart, hurried = at(speeds if not np.isfinite(budget) else speeds[tried]), False
@@ -81,12 +80,12 @@ def lobes_over_range(
             faster = "multi-frequency is faster, " if chart.method == "collocation" and not _plain(machine) else ""
             long = f"{speeds.size} speeds by {chart.method} take about {needed:.0f} s"
             remark(f"{long}; {faster}zero-order is a fast preview")
-        chart = _until(chart, np.delete(speeds, tried), at, deadline) if slow else at(speeds)
+        chart = _until(chart, np.delete(speeds, tried), charted, deadline, refused) if slow else at(speeds)
     if chart.branches or chart.speed.size < _FEWEST:
         return without(chart, refused)  # closed forms have the minimum over every speed
     missing = speeds.size - chart.speed.size - np.count_nonzero(np.isin(list(refused), speeds))
     known = speeds.size - missing
-    chart = without(over_the_range(chart, at, deadline, hurried, every), refused)
+    chart = over_the_range(chart, charted, deadline, hurried, every, refused)
     if AT_SPEEDS not in chart.notes and not missing:
         return chart
     short = f"Time was up after {budget:.3g} s: " + (
@@ -121,55 +120,76 @@ def farthest(speed: Array, known: Array) -> int:
 
 
 def _until(
-    chart: StabilityLobes, speeds: Array, at: Callable[[Array], StabilityLobes], deadline: float
+    chart: StabilityLobes,
+    speeds: Array,
+    charted: Callable[[Array], StabilityLobes],
+    deadline: float,
+    refused: dict[float, str],
 ) -> StabilityLobes:
     """The chart with further speeds, those farthest from any that is known first, until the deadline."""
-    known = [chart]
 
     def spread(left: Array) -> Iterator[Array]:
+        taken = chart.speed
         while len(left) and time.monotonic() < deadline:
-            following = farthest(left, np.concatenate([one.speed for one in known]))
+            following = farthest(left, taken)
             yield left[[following]]
-            left = np.delete(left, following)
+            taken, left = np.append(taken, left[following]), np.delete(left, following)
 
-    for rpm in each("speeds", spread(speeds), len(speeds)):
-        if (one := _tried(at, rpm)) is not None:
+    known, further = [chart], each("speeds", spread(speeds), len(speeds))
+    for one, left_out in on_every_core(partial(settled, charted), further, len(speeds)):
+        refused.update(left_out)
+        if one is not None:
             known.append(one)
     return joined(known)
 
 
-def _tried(at: Callable[[Array], StabilityLobes], speeds: Array) -> StabilityLobes | None:
-    """The chart at these speeds; None where the method settles at none of them."""
+def settled(
+    charted: Callable[[Array], StabilityLobes], speeds: Array
+) -> tuple[StabilityLobes | None, dict[float, str]]:
+    """The chart at those of some speeds (rpm) at which the method settles, and what is said of the others."""
     try:
-        return at(speeds)
-    except CheckFailed:
-        return None
+        return charted(speeds), {}
+    except CheckFailed as error:
+        if speeds.size < 2:
+            return None, {float(speeds[0]): str(error)}
+    # A speed that does not settle takes no other with it.
+    halves = [settled(charted, half) for half in np.array_split(speeds, 2)]
+    charts = [chart for chart, _ in halves if chart is not None]
+    return joined(charts) if charts else None, {rpm: said for _, refused in halves for rpm, said in refused.items()}
 
 
 def over_the_range(
     chart: StabilityLobes,
-    at: Callable[[Array], StabilityLobes],
+    charted: Callable[[Array], StabilityLobes],
     deadline: float = np.inf,
     hurried: bool = False,
     every: bool = False,
+    refused: dict[float, str] | None = None,
 ) -> StabilityLobes:
     """The chart with the lowest place of every interval that dips below both its ends, and the minimum over all speeds.
 
-    ``chart`` has ascending speeds and comes from a method that computes speed by speed; ``at`` computes further ones,
-    until a ``deadline`` by `time.monotonic`; where that came before the end the minimum is the lowest that was seen.
-    ``hurried`` closes in on the lowest place before all else; ``every`` speed that was computed may be kept.
+    ``chart`` has ascending speeds and comes from a method that computes speed by speed; ``charted`` computes further
+    ones, until a ``deadline`` by `time.monotonic`; where that came before the end the minimum is the lowest that was
+    seen. ``hurried`` closes in on the lowest place before all else; ``every`` speed that was computed may be kept;
+    ``refused`` are speeds at which the method did not settle, and why.
     """
-    grid, whole = chart.speed.ravel(), True
+    grid, whole, refused = chart.speed.ravel(), True, {} if refused is None else refused
     known = {key: getattr(chart, key).ravel() for key in BY_SPEED}
 
     def join(speeds: Array) -> None:
-        nonlocal whole
         parts = [speeds] if deadline == np.inf else _lowest_first(known, speeds)[:, None]
-        for part in each("speeds between them", parts, len(parts)):
-            if time.monotonic() > deadline:
-                whole = False
-                return
-            more = _tried(at, part)
+
+        def in_time() -> Iterator[Array]:
+            nonlocal whole
+            for part in parts:
+                if time.monotonic() > deadline:
+                    whole = False
+                    return
+                yield part
+
+        between = each("speeds between them", in_time(), len(parts))
+        for more, left_out in on_every_core(partial(settled, charted), between, len(parts)):
+            refused.update(left_out)
             if more is None:
                 continue
             order = np.argsort(np.concatenate([known["speed"], more.speed.ravel()]), kind="stable")
@@ -204,7 +224,7 @@ def over_the_range(
     row = int(np.argmin(known["depth"]))
     lowest, frequency, rpm = (float(known[key][row]) for key in ("depth", "chatter_frequency", "speed"))
     waves = 60 * frequency / (chart.cuts_per_revolution * rpm)
-    return replace(
+    chart = replace(
         chart,
         **values,
         minimum_depth=lowest,
@@ -213,6 +233,7 @@ def over_the_range(
         minimum_at=rpm if whole and np.isfinite(lowest) else None,
         notes=tuple(note for note in chart.notes if note != AT_SPEEDS or not whole),
     )
+    return without(chart, refused)
 
 
 def _lowest_first(known: dict[str, Array], speeds: Array) -> Array:

@@ -8,6 +8,7 @@ import numpy as np
 
 from jointlib.arrays import Array
 from jointlib.shown.progress import each
+from jointlib.system.processes import on_every_core
 
 from ...deadline import in_time
 from ...tool.bounded_band import shape
@@ -62,22 +63,30 @@ def cutter_chart(
     """The chart of a cutter that is not `Cutting.plain`, by a method of `stability_lobes`, at speeds in rpm."""
     said = [_RUBBING] if cutting.process_damping else []
     if name in ("turning", "zero-order") or cutting.process != "milling":
-        found = [_of_mean(point, cutting, rpm) for rpm in each("speeds", speed.tolist(), len(speed))]
+
+        def at(rpm: float) -> Found:
+            return _of_mean(point, cutting, rpm)
+
+        found = list(on_every_core(at, each("speeds", speed.tolist(), len(speed)), len(speed)))
         notes = NOTES if name != "zero-order" else (_MEAN, *NOTES)
     else:
         search = CutterSearch.of(point, cutting, model, name)
-        found, none = list[Found](), list[float]()
-        for rpm in each("speeds", speed.tolist(), len(speed)):
+
+        def searched(rpm: float) -> tuple[Found, float]:
             first, reach = search.found(rpm)
             if not first:
-                none.append(reach)
-                found.append(Found(NONE))
-                continue
+                return Found(NONE), reach
             crossing = first[0].crossing
-            found.append(Found(crossing, search.chatter_line(rpm, crossing)))
+            return Found(crossing, search.chatter_line(rpm, crossing)), reach
+
+        looked = list(on_every_core(searched, each("speeds", speed.tolist(), len(speed)), len(speed)))
+        found = [one for one, _ in looked]
+        none = [reach for one, reach in looked if not one.crossing.kind]
         notes = (*NOTES, _ISLANDS)
-        at = [(rpm, one.crossing.depth) for rpm, one in zip(speed.tolist(), found, strict=True) if one.crossing.kind]
-        said += [joined_words(JOINED)] if any(search.joins(*one) for one in at) else []
+        border = [
+            (rpm, one.crossing.depth) for rpm, one in zip(speed.tolist(), found, strict=True) if one.crossing.kind
+        ]
+        said += [joined_words(JOINED)] if any(search.joins(*one) for one in border) else []
         if none:
             said.append(
                 f"At {len(none)} of {len(found)} speeds nothing chatters up to the depths that were looked at, "

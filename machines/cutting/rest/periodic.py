@@ -10,6 +10,7 @@ import numpy as np
 from jointlib.arrays import Array
 from jointlib.errors import CheckFailed, InputError, Outcome
 from jointlib.shown.progress import each
+from jointlib.system.processes import on_every_core
 
 from ...tool.bounded_band import Shape, Spectrum, shape, spectrum
 from ...tool.tool_model import ToolModel
@@ -69,10 +70,13 @@ def by_harmonics(point: ToolPoint, cutting: Cutting, speed: Array) -> StabilityL
     tooth, about = cuts * speed / 60, np.full(len(speed), np.inf)
     if np.any(low := [slow(resolved, f) for f in tooth.tolist()]):
         about[low] = _DEEPER * _of_mean_cut(point, cutting, speed[low])
-    found = [
-        harmonic_crossing(HarmonicLoop(receptance, cutting, axes, f, 0), resolved, stiffest, guess)
-        for f, guess in each("speeds", zip(tooth.tolist(), about.tolist(), strict=True), len(speed))
-    ]
+
+    def crossing_at(tooth_and_guess: tuple[float, float]) -> Found:
+        loop = HarmonicLoop(receptance, cutting, axes, tooth_and_guess[0], 0)
+        return harmonic_crossing(loop, resolved, stiffest, tooth_and_guess[1])
+
+    guessed = each("speeds", zip(tooth.tolist(), about.tolist(), strict=True), len(speed))
+    found = list(on_every_core(crossing_at, guessed, len(speed)))
     said = _band_said(receptance, found, stiffest, speed)
     chart = charted("multi-frequency", found, cutting, speed, said)
     doubt = np.array([one.doubt for one in found])
@@ -95,27 +99,29 @@ def by_collocation(model: ToolModel, point: ToolPoint, cutting: Cutting, speed: 
     """Collocation chart; n nodes are settled when n + 4 change the depth by less than 10⁻⁶ of itself."""
     resolved = shape(point)
     far = model.fastest > FAR * 2 * np.pi * resolved.highest
-    found, apart = [], 0.0
-    for rpm in each("speeds", speed.tolist(), len(speed)):
-        tooth = cutting.cuts_per_revolution * rpm / 60
+
+    def crossing_at(rpm: float) -> tuple[Found, float]:
+        tooth, apart = cutting.cuts_per_revolution * rpm / 60, 0.0
         if (far or cutting.process == "milling") and node_count(model, cutting, rpm) > MANY_NODES:
             if cutting.process == "milling":
-                settled, finer, change = _reduced(model, point, cutting, rpm, resolved)
+                settled, finer, apart = _reduced(model, point, cutting, rpm, resolved)
             else:
-                settled, finer, change = _turned(model, cutting, rpm, resolved)
-            apart = max(apart, change)
+                settled, finer, apart = _turned(model, cutting, rpm, resolved)
         else:
             settled, finer = _collocated(model, cutting, rpm, resolved.folded(tooth))
         if not settled.kind:
-            found.append(Found(NONE))
-            continue
+            return Found(NONE), apart
         reach = int(np.ceil(2 * resolved.highest / tooth)) + 1
         orders = np.arange(-reach - 1.0, reach + 1.0)
         force = finer.force(settled.fraction, eigenvector(finer, settled), orders)
         line = settled.fraction + orders
         moved = np.einsum("qab,qb->qa", model(line * tooth), force)
-        found.append(Found(settled, largest_line(line, np.linalg.norm(moved, axis=1))))
-    return charted("collocation", found, cutting, speed, (joined_words(apart),) if apart else ())
+        return Found(settled, largest_line(line, np.linalg.norm(moved, axis=1))), apart
+
+    every = list(on_every_core(crossing_at, each("speeds", speed.tolist(), len(speed)), len(speed)))
+    apart = max((change for _, change in every), default=0.0)
+    said = (joined_words(apart),) if apart else ()
+    return charted("collocation", [found for found, _ in every], cutting, speed, said)
 
 
 def joined_words(share: float) -> str:

@@ -1,0 +1,160 @@
+"""Work on several processors: pools of processes, and long loops whose items they share.
+
+Which process computes what makes no difference to a result: every item is computed from what is known before the loop,
+and linear algebra has one thread.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import multiprocessing
+import os
+import signal
+import sys
+import threading
+import time
+from collections import deque
+from collections.abc import Callable, Iterable, Iterator
+from concurrent.futures import BrokenExecutor, Future, ProcessPoolExecutor
+from itertools import chain
+from multiprocessing.process import parent_process
+from typing import Any, TypeVar
+
+_THREADS = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")
+_WORTH = 0.5
+"""Seconds that are left of a loop from which on it is shared; to begin takes a tenth of that."""
+_MOST = 8
+"""Processes of a loop: each comes to hold memory of its own."""
+_AHEAD = 2
+"""Items handed out per process, so that none is idle while a result is waited for in its order."""
+
+_Item = TypeVar("_Item")
+_Result = TypeVar("_Result")
+_work: Callable[[Any], Any]
+"""What this process was begun for."""
+
+
+def on_every_core(work: Callable[[_Item], _Result], items: Iterable[_Item], count: int) -> Iterator[_Result]:
+    """``work`` of each item, in their order; what is long is shared among the processors.
+
+    Items, of which there are about ``count``, are drawn as they are handed out, a few before their results are there.
+    The first are worked on here, until they tell that more than half a second is left. Other processes see what this
+    one knows at that moment, and only results come back, which have to be picklable. Where a process is killed, this
+    one goes on alone.
+
+    On Linux, where a process can be divided; not in a process or thread that is itself one of several, nor where
+    linear algebra may have several threads.
+    """
+    left, spent, done, cores = iter(items), 0.0, 0, _free_cores()
+    for item in left:
+        begun = time.perf_counter()
+        yield work(item)
+        spent, done = spent + time.perf_counter() - begun, done + 1
+        if cores > 1 and count - done > 1 and spent / done * (count - done) > _WORTH:
+            break
+    else:
+        return
+    yield from _shared(work, left, min(cores, count - done))
+
+
+def _free_cores() -> int:
+    alone = parent_process() is None and threading.current_thread() is threading.main_thread()
+    if sys.platform != "linux" or not alone or not single_threaded():
+        return 1
+    return min(len(os.sched_getaffinity(0)), _MOST)
+
+
+def _shared(work: Callable[[_Item], _Result], items: Iterator[_Item], processes: int) -> Iterator[_Result]:
+    running = deque[tuple[_Item, Future[_Result]]]()
+    try:
+        with _pool(processes, "fork", work) as pool:
+            with _undisturbed():
+                for item in items:
+                    running.append((item, pool.submit(_worked, item)))
+                    if len(running) == _AHEAD * processes:
+                        break
+            while running:
+                found = running[0][1].result()
+                del running[0]
+                for item in items:
+                    running.append((item, pool.submit(_worked, item)))
+                    break
+                yield found
+    except BrokenExecutor:
+        yield from map(work, chain([item for item, _ in running], items))
+
+
+def _worked(item: Any) -> Any:
+    return _work(item)
+
+
+def single_threaded() -> bool:
+    """Whether linear algebra has one thread in this process; with more its last digits may be others."""
+    return os.cpu_count() == 1 or any(os.environ.get(name) == "1" for name in _THREADS)
+
+
+@contextlib.contextmanager
+def process_pool(workers: int) -> Iterator[ProcessPoolExecutor]:
+    """Processes with one thread each for linear algebra, which end when this process does."""
+    before = {name: os.environ.get(name) for name in _THREADS}
+    os.environ.update(dict.fromkeys(_THREADS, "1"))  # read when a worker imports numpy
+    try:
+        with _pool(workers, "spawn") as pool:
+            with _undisturbed():
+                for _ in range(workers):  # each starts a worker
+                    pool.submit(os.getpid)
+            yield pool
+    finally:
+        for name, value in before.items():
+            if value is None:
+                os.environ.pop(name, None)
+            else:
+                os.environ[name] = value
+
+
+@contextlib.contextmanager
+def _pool(workers: int, start: str, work: Callable[[Any], Any] | None = None) -> Iterator[ProcessPoolExecutor]:
+    """A pool whose processes are ended at once where the work is broken off."""
+    context, others = multiprocessing.get_context(start), multiprocessing.active_children()
+    with ProcessPoolExecutor(workers, mp_context=context, initializer=_begin, initargs=(work,)) as pool:
+        try:
+            yield pool
+        except BaseException:
+            for worker in set(multiprocessing.active_children()).difference(others):
+                worker.terminate()
+            pool.shutdown(cancel_futures=True)
+            raise
+
+
+@contextlib.contextmanager
+def _undisturbed() -> Iterator[None]:
+    """Keeps Ctrl-C from the processes that are started meanwhile until they can end without a word."""
+    if not hasattr(signal, "pthread_sigmask"):
+        yield
+        return
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
+
+
+def _begin(work: Callable[[Any], Any] | None) -> None:
+    """Watch the parent from a thread and leave with it, even where it was killed; signals end without a word."""
+    global _work
+    if work is not None:
+        _work = work
+    for number in (signal.SIGINT, signal.SIGTERM):
+        if callable(signal.getsignal(number)):
+            signal.signal(number, signal.SIG_DFL)
+    if hasattr(signal, "pthread_sigmask"):
+        signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT})
+    parent = parent_process()
+    if parent is None:
+        return
+
+    def watch() -> None:
+        parent.join()
+        os._exit(1)
+
+    threading.Thread(target=watch, daemon=True).start()
