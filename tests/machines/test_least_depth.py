@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from jointlib.arrays import Array
+from jointlib.system import processes
 from machines import Machine, read_machine
 from machines.cutting.amplitude import chattering_tool
 from machines.cutting.amplitude.frozen_lobes import frozen_lobes
@@ -40,7 +41,7 @@ def test_lines_far_from_the_lowest_depth_decide_nothing(
     found, lines = [np.inf], []
     for _ in range(2):
         asked.clear()
-        chattering_tool._known.cache_clear()
+        chattering_tool.known_tool.cache_clear()
         found.append(frozen_lobes(lathe, SPEED, amplitude, "turning", 80, found[-1])[0].minimum_depth)
         lines.append(sum(asked))
     assert found[2] == pytest.approx(found[1], rel=1e-9)
@@ -58,6 +59,25 @@ def test_the_least_depth_is_the_lowest_of_the_charts_over_amplitude(lathe: Machi
     depth, known = least_depth(lathe, chart, sizes)
     assert known == 4e-6
     assert depth == pytest.approx(min(chart.minimum_depth, *every), rel=1e-9)
+
+
+@pytest.mark.thorough
+def test_what_other_processes_found_of_the_tool_is_known_here_as_well(
+    lathe: Machine, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    cutting = chattering_tool.Cutting(**dict(lathe.cutting or {}))
+    chart = stability_lobes(kept_tool(lathe), cutting, SPEED)
+    sizes: Array = np.array([1e-6, 2e-6, 4e-6])
+    found, points = [], []
+    for cores in (1, 2):
+        chattering_tool.known_tool.cache_clear()
+        monkeypatch.setattr(processes, "_free_cores", lambda cores=cores: cores)
+        found.append(least_depth(lathe, chart, sizes))
+        points.append([chattering_tool.known_tool(lathe, cutting, size).point for size in sizes.tolist()])
+    assert found[0] == found[1]
+    for here, there in zip(*points, strict=True):
+        np.testing.assert_array_equal(here.frf.frequency, there.frf.frequency)
+        np.testing.assert_array_equal(here.frf.receptance, there.frf.receptance)
 
 
 @pytest.mark.slow

@@ -82,7 +82,7 @@ def operating_receptance(
     if 0 < deepest < np.inf:
         share = share_along(machine.tool_axes, cutting.rotation[0])
         level = _NEAR / (2 * abs(float(turning.loop_stiffness(cutting)[0, 0])) * deepest)
-    tool = None if rough else _known(machine, cutting, amplitude)
+    tool = None if rough else known_tool(machine, cutting, amplitude)
     ask = _rough(machine, cutting, amplitude, lines) if tool is None else tool.at
     point = ask(lines[_telling(machine, points)] if few else lines)
     ends, straight = np.arange(len(point.frf.frequency) - 1), _ROUGH if rough else _STRAIGHT
@@ -139,25 +139,25 @@ def _rough(machine: Machine, cutting: Cutting, amplitude: float, lines: Array) -
     return lambda some: chattering(tool.on(some), cutting, amplitude, True)[0]
 
 
-class _Known:
-    """The tool at one amplitude on all lines that were ever asked for."""
+class Known:
+    """The tool at one amplitude on all lines that were ever asked for: its ``point``."""
 
     def __init__(self, machine: Machine, cutting: Cutting, amplitude: float) -> None:
         self._tool = OpenTool(machine, np.ones(1))
         self._cutting, self._amplitude = cutting, amplitude
-        self._point: OperatingPoint | None = None
+        self.point: OperatingPoint | None = None
 
     def at(self, lines: Array) -> OperatingPoint:
         """On ascending lines in Hz."""
-        missing = lines if self._point is None else np.setdiff1d(lines, self._point.frf.frequency)
+        missing = lines if self.point is None else np.setdiff1d(lines, self.point.frf.frequency)
         if len(missing):
             new = chattering(self._tool.on(missing), self._cutting, self._amplitude)[0]
-            self._point = new if self._point is None else _merged(self._point, new)
-        assert self._point is not None
-        return _part(self._point, np.searchsorted(self._point.frf.frequency, lines))
+            self.point = new if self.point is None else _merged(self.point, new)
+        assert self.point is not None
+        return _part(self.point, np.searchsorted(self.point.frf.frequency, lines))
 
 
-_known = lru_cache(maxsize=12)(_Known)
+known_tool = lru_cache(maxsize=12)(Known)
 """For those who ask for one amplitude again."""
 
 
