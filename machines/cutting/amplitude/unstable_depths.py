@@ -7,6 +7,7 @@ without depth upwards.
 
 from __future__ import annotations
 
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from itertools import pairwise
 
@@ -14,6 +15,7 @@ import numpy as np
 
 from jointlib.arrays import ArrayLike
 from jointlib.errors import CheckFailed, InputError
+from jointlib.system.processes import on_every_core
 
 from ...deadline import OutOfTime, in_time
 from ...model.machine import Machine
@@ -187,13 +189,15 @@ def closer_at_lenses(machine: Machine, chart: StabilityLobes, deepest: float) ->
 
 def _in_pieces(machine: Machine, chart: StabilityLobes, deepest: float) -> list[UnstableDepths]:
     """`unstable_depths` at as many speeds as there is time for, some at once."""
-    found = list[UnstableDepths]()
-    for first in range(0, chart.speed.size, _PIECE):
+
+    def piece(first: int) -> list[UnstableDepths]:
         some = {key: getattr(chart, key)[first : first + _PIECE] for key in BY_SPEED}
-        try:
-            found += unstable_depths(machine, replace(chart, **some), deepest)
-        except OutOfTime:
-            break
+        return list(unstable_depths(machine, replace(chart, **some), deepest))
+
+    pieces, found = range(0, chart.speed.size, _PIECE), list[UnstableDepths]()
+    with suppress(OutOfTime):
+        for some in on_every_core(piece, pieces, len(pieces)):
+            found += some
     return found
 
 
