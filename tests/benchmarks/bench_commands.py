@@ -4,10 +4,10 @@
         [--pages docs/times.md]
 
 Machines are those of the library, a chain of 50 masses with 5 nonlinear joints, and the mill that `jointlib new`
-writes. With the Python of another installation every command runs there as well, in turn, and the ratio of processor
-times is told. With --pages the table is put into a page, between the lines that mark its place. Shares are from one
-more run that is looked at every few milliseconds: start-up is the interpreter and everything that is imported,
-wherever that happens.
+writes. With the Python of another installation every command runs there as well, in turn, and the ratios of both times
+are told. With --pages the table is put into a page, between the lines that mark its place. Shares are of the clock,
+from one more run that is looked at every few milliseconds: start-up is the interpreter and everything that is
+imported, wherever that happens.
 """
 
 from __future__ import annotations
@@ -136,7 +136,7 @@ def profiled(arguments: list[str]) -> None:
     out, sys.stdout = sys.stdout, open(os.devnull, "w", encoding="utf-8")  # noqa: SIM115
     looking = threading.Thread(target=look)
     looking.start()
-    begun = time.process_time()
+    begun = time.perf_counter()
     try:
         from jointlib.cli.main import main
 
@@ -146,7 +146,7 @@ def profiled(arguments: list[str]) -> None:
     ended.set()
     looking.join()
     sys.stdout = out
-    looks, spent = max(seen.total(), 1), time.process_time() - begun
+    looks, spent = max(seen.total(), 1), time.perf_counter() - begun
     told = {stage: spent * seen[stage] / looks for stage in (*STAGES, "else")}
     told["start-up"] += started
     whole = sum(told.values())
@@ -160,9 +160,10 @@ def main() -> None:
     parser.add_argument("--runs", type=int, default=2, help="of every command, of which the shortest counts")
     parser.add_argument("--pages", type=Path, help="a page that is to hold the table")
     given = parser.parse_args()
-    print("Processor time is user and system. Beside other work it grows too, though less than the clock:")
+    print("Processor time is user and system, of every process of a command. Beside other work it grows too, though")
+    print("less than the clock, which two processors shorten where a command shares its work among them:")
     print("compare two only in one run, by --beside.")
-    print(f"{'command':44}{'clock [s]':>10}{'processor [s]':>14}{'MiB':>6}{'times':>7}  where it goes")
+    print(f"{'command':44}{'clock [s]':>10}{'processor [s]':>14}{'MiB':>6}{'times':>12}  where it goes")
     rows = []
     with tempfile.TemporaryDirectory() as folder:
         new = Path(folder) / "new.toml"
@@ -179,13 +180,13 @@ def main() -> None:
                     for again in range(1 if k else given.runs):
                         filled = command.format(**places, out=Path(folder) / f"out{count}{k}{again}").split()
                         each.append(taken(python, filled))
-                    runs.append(min(each, key=lambda run: run[1]))
+                    runs.append(min(each))
             clock, processor, memory, status = runs[0]
-            ratio = f"{runs[1][1] / processor:.2f}" if len(runs) > 1 else ""
+            ratio = f"{runs[1][0] / clock:.2f}, {runs[1][1] / processor:.2f}" if len(runs) > 1 else ""
             where = shares(command.format(**places, out=Path(folder) / f"shares{count}").split())
             ended = f"  (exit {status})" if status else ""
-            rows.append(f"| `{name}` | {processor:.2f} | {memory:.0f} | {where}{ended} |")
-            print(f"{name:44}{clock:10.2f}{processor:14.2f}{memory:6.0f}{ratio:>7}  {where}{ended}", flush=True)
+            rows.append(f"| `{name}` | {clock:.2f} | {processor:.2f} | {memory:.0f} | {where}{ended} |")
+            print(f"{name:44}{clock:10.2f}{processor:14.2f}{memory:6.0f}{ratio:>12}  {where}{ended}", flush=True)
     if given.pages:
         put(given.pages, rows)
 
@@ -196,11 +197,11 @@ def put(page: Path, rows: Sequence[str]) -> None:
     _, _, after = rest.partition(MARKS[1])
     load = os.getloadavg()[0]
     about = (
-        f"Processor time of {time.strftime('%d %B %Y', time.gmtime())}: {processor_name()}, {os.cpu_count()} cores, "
-        f"Python {platform.python_version()}, one thread, "
+        f"Times of {time.strftime('%d %B %Y', time.gmtime())}: {processor_name()}, {os.cpu_count()} cores, "
+        f"Python {platform.python_version()}, one thread a process, "
         f"{load:.1f} processes at work in the last minute."
     )
-    table = ["| command | processor [s] | MiB | where it goes |", "|---|---|---|---|", *rows]
+    table = ["| command | clock [s] | processor [s] | MiB | where it goes |", "|---|---|---|---|---|", *rows]
     page.write_text("\n".join([before + MARKS[0], about, "", *table, "", MARKS[1] + after]), "utf-8")
 
 
