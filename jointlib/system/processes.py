@@ -16,7 +16,7 @@ import time
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import BrokenExecutor, Future, ProcessPoolExecutor
-from itertools import chain
+from itertools import chain, islice
 from multiprocessing.process import parent_process
 from typing import Any, TypeVar
 
@@ -39,8 +39,8 @@ def on_every_core(work: Callable[[_Item], _Result], items: Iterable[_Item], coun
 
     Items, of which there are about ``count``, are drawn as they are handed out, a few before their results are there.
     The first are worked on here, until they tell that more than half a second is left. Other processes see what this
-    one knows at that moment, and only results come back, which have to be picklable. Where a process is killed, this
-    one goes on alone.
+    one knows at that moment, and only results come back, which have to be picklable. Where a process is killed, or the
+    system gives none, this one goes on alone.
 
     On Linux, where a process can be divided; not in a process or thread that is itself one of several, nor where
     linear algebra may have several threads.
@@ -65,23 +65,25 @@ def _free_cores() -> int:
 
 
 def _shared(work: Callable[[_Item], _Result], items: Iterator[_Item], processes: int) -> Iterator[_Result]:
-    running = deque[tuple[_Item, Future[_Result]]]()
+    handed, found = deque[_Item](), deque[Future[_Result]]()
+
+    def hand_out(most: int) -> None:
+        for item in islice(items, most):
+            handed.append(item)
+            found.append(pool.submit(_worked, item))
+
     try:
         with _pool(processes, "fork", work) as pool:
             with _undisturbed():
-                for item in items:
-                    running.append((item, pool.submit(_worked, item)))
-                    if len(running) == _AHEAD * processes:
-                        break
-            while running:
-                found = running[0][1].result()
-                del running[0]
-                for item in items:
-                    running.append((item, pool.submit(_worked, item)))
-                    break
-                yield found
-    except BrokenExecutor:
-        yield from map(work, chain([item for item, _ in running], items))
+                hand_out(_AHEAD * processes)
+            while found:
+                result = found[0].result()
+                handed.popleft()
+                found.popleft()
+                yield result
+                hand_out(1)
+    except (BrokenExecutor, OSError):  # what the work itself raised it raises here again
+        yield from map(work, chain(handed, items))
 
 
 def _worked(item: Any) -> Any:

@@ -110,6 +110,26 @@ def test_where_a_process_is_killed_this_one_goes_on() -> None:
     assert list(on_every_core(deadly, range(10), 10)) == list(range(10))
 
 
+def test_where_the_system_gives_no_process_this_one_goes_on(monkeypatch: pytest.MonkeyPatch) -> None:
+    def none() -> int:
+        raise BlockingIOError(11, "Resource temporarily unavailable")
+
+    monkeypatch.setattr(os, "fork", none)
+    found = list(on_every_core(slowly, range(8), 8))
+    assert found == [(item, os.getpid()) for item in range(8)]
+
+
+def test_a_file_that_the_work_cannot_read_is_told_as_ever() -> None:
+    def reads(item: int) -> int:
+        time.sleep(SLOW)
+        if item == 5:
+            raise FileNotFoundError(2, "No such file or directory", "gone.csv")
+        return item
+
+    with pytest.raises(FileNotFoundError, match="gone"):
+        list(on_every_core(reads, range(12), 12))
+
+
 LOOP = """
 import os, sys, time
 from jointlib.system.processes import on_every_core
