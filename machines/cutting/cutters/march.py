@@ -183,7 +183,7 @@ class Marcher:
         return self._cut(1.0)
 
     def _cut(self, depth: float) -> tuple[Nodes, list[_Cut]]:
-        nodes = pattern_nodes(self.model, self.cutter, depth, self.speed, self.more)
+        nodes = pattern_nodes(self.model.fastest, self.cutter, depth, self.speed, self.more)
         axes = ["xy".index(axis) for axis in self.model.axes]
         turning, found, acts = 2 * np.pi * self.speed / 60, list[_Cut](), nodes.acts(depth, axes)
         for part, span in zip(nodes.parts, nodes.spans, strict=True):
@@ -220,8 +220,8 @@ class _Cut:
     def of(cls, tool: Tool, acts: Acts, first: int, rubbing: float) -> _Cut:
         """Of an element whose nodes begin at output ``first``, with C/v in N s/m²."""
         count, n = acts.rubs.shape[:2]
-        own, looked = _laid(acts.own, count * n)
-        before, remembered = _laid(acts.before, count * n)
+        own, looked = laid(acts.own, count * n)
+        before, remembered = laid(acts.before, count * n)
         here = (looked >= first * n) & (looked < (first + count) * n)
         entry, back = own[:, here] @ tool.entry, own[:, here] @ tool.reply
         if rubbing:
@@ -232,7 +232,7 @@ class _Cut:
         return cls(tool, np.concatenate([entry, own[:, ~here], -before], axis=1), back, looked[~here], remembered)
 
 
-def _laid(blocks: dict[int, Array], rows: int) -> tuple[Array, Index]:
+def laid(blocks: dict[int, Array], rows: int) -> tuple[Array, Index]:
     """Blocks beside each other and their columns, those that take part."""
     if not blocks:
         return np.zeros((rows, 0)), np.zeros(0, int)

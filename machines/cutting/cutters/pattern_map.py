@@ -167,11 +167,11 @@ class PatternMap:
         return np.asarray(np.exp(-2j * np.pi * (fraction + orders)[:, None] * time) @ f)
 
 
-def pattern_nodes(model: ToolModel, cutter: Cutter, depth: float, slowest: float, more: int = MORE) -> Nodes:
-    """Nodes that resolve the tool at all speeds from ``slowest`` (rpm) on, at a depth in m."""
+def pattern_nodes(fastest: float, cutter: Cutter, depth: float, slowest: float, more: int = MORE) -> Nodes:
+    """Nodes that resolve modes up to ``fastest`` (rad/s) at all speeds from ``slowest`` (rpm) on, at a depth in m."""
     turning, parts, counts = 2 * np.pi * slowest / 60, [], []
     for part in elements(cutter, depth):
-        theta = (model.fastest + 2 * turning) * (part.end - part.start) / turning
+        theta = (fastest + 2 * turning) * (part.end - part.start) / turning
         pieces = max(1, int(np.ceil(theta / _LONGEST))) if part.flutes else 1
         for edge in range(pieces):
             width = (part.end - part.start) / pieces
@@ -183,6 +183,6 @@ def pattern_nodes(model: ToolModel, cutter: Cutter, depth: float, slowest: float
 
 def pattern_map(model: ToolModel, cutter: Cutter, speed: Array, depth: float, more: int = MORE) -> PatternMap:
     """The map at speeds in rpm and a depth in m."""
-    nodes = pattern_nodes(model, cutter, depth, float(np.min(speed)), more)
+    nodes = pattern_nodes(model.fastest, cutter, depth, float(np.min(speed)), more)
     axes = ["xy".index(axis) for axis in model.axes]
     return PatternMap.of(Answers.of(model, nodes, speed), depth, axes)

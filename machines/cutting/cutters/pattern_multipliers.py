@@ -52,7 +52,7 @@ def largest_multipliers(model: ToolModel, cutting: Cutting, speed: Array, depth:
     out = np.empty((len(speed), len(depth)))
     for rows in _groups(speed):
         slowest = float(np.min(speed[rows]))
-        if len(pattern_nodes(model, cutter, float(np.max(depth)), slowest).places) > _WIDE:
+        if len(pattern_nodes(model.fastest, cutter, float(np.max(depth)), slowest).places) > _WIDE:
             for i in rows.tolist():
                 out[i] = _one_by_one(model, cutter, float(speed[i]), depth)
             continue
@@ -139,7 +139,7 @@ def _coefficients(model: ToolModel, cutter: Cutter, speed: Array, depth: Array, 
     found, answers = list[Array](), None
     for b in depth.tolist():
         if answers is None or cutter.twisted:
-            answers = Answers.of(model, pattern_nodes(model, cutter, b, float(np.min(speed)), more), speed)
+            answers = Answers.of(model, pattern_nodes(model.fastest, cutter, b, float(np.min(speed)), more), speed)
         found.append(coefficients(_strongest(PatternMap.of(answers, b, axes).maps())))
     most = max(len(a) for a in found)
     return np.stack([np.pad(a, ((0, most - len(a)), (0, 0))) for a in found], axis=2)

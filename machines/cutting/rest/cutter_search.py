@@ -184,7 +184,7 @@ class CutterSearch:
         """Whether the fastest modes ask for so many nodes at a speed (rpm) and depth (m) that they act together."""
         if self.model is None:
             return False
-        return len(pattern_nodes(self.model, self.cutter, depth, speed).places) > MANY_NODES
+        return len(pattern_nodes(self.model.fastest, self.cutter, depth, speed).places) > MANY_NODES
 
     def _kept(self, model: ToolModel, loop: SideLines, crossing: Crossing) -> ToolModel:
         """The tool with its fastest modes joined, where they ask for too many nodes: as many are kept as the crossing,
