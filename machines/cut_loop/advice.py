@@ -12,9 +12,9 @@ from jointlib.arrays import Array
 
 from ..cutting.process.cutting import Cutting
 from ..model.machine import Machine
-from .borders import condition
+from .borders import Condition, condition
 from .contest import Entry
-from .distances import Place, first_border
+from .distances import Draws, Place, distances, first_border, surely
 from .evidence import scatter, sound, stable
 from .exactness import learnt
 from .posterior import seen
@@ -24,6 +24,8 @@ from .suspects import AsItIs
 _SPEEDS, _DEPTHS, _DRAWS = 25, 16, 200
 _WIDER, _BELOW, _ABOVE = 1.3, 2, 6
 """Times the depth from one rung beyond the ladder to the next, and how many there are on either side."""
+_FURTHER, _PROOFS = 2, 5
+"""Depths beyond a cut that is called safe at which it is proved as well, and speeds at which that is tried."""
 _SHARES = (0.05, 0.5, 0.95)
 _TURNS = ndtri((np.arange(10) + 0.5) / 10)
 """Deviations of σ at which a cut turns, each as likely as the others."""
@@ -69,17 +71,49 @@ def outlook(machine: Machine, problem: Problem, believed: Sequence[Entry], safe:
     rows = np.asarray(rng.choice(problem.tool.count, _DRAWS), dtype=np.intp)
     modes = rng.standard_normal((_DRAWS, problem.tool.freedom))
     before = seen(AsItIs(), problem.tool, places, rows, np.zeros((_DRAWS, 0)), modes)
-    apart, sigma = forecast(believed, problem, places, rng)
+    drawn, sigma = forecast(believed, problem, rng)
+    apart = apart_at(drawn, places)
     forced = shaken(machine, places[0].at.cutting, speeds[:, None], ladder)
     mean, bits = told_by([part[:, inside] for part in apart], sigma, forced)
-    i, k = np.unravel_index(int(np.argmax(bits)), bits.shape)
+    i, k = _largest(bits)
+    if problem.guessed:
+        told = _by_multipliers(drawn, places[i], ladder[max(k - 1, 0) : k + 2])
+        mean[i, k] = np.mean(sound(told[:, min(k, 1)], sigma[:, 0]))
     best = Advice(float(speeds[i]), float(ladder[k]), float(mean[i, k]), float(bits[i, k]))
     through = all_the_way(apart, sigma)[:, inside]
     removed = np.where(through >= safe, speeds[:, None] * ladder, -1.0)
-    i, k = np.unravel_index(int(np.argmax(removed)), removed.shape)
+    if problem.guessed:
+        _prove(removed, through, drawn, places, ladder, sigma, safe)
+    i, k = _largest(removed)
     held = Advice(float(speeds[i]), float(ladder[k]), float(through[i, k]), float(bits[i, k]))
     was = band(places, [part for part, _ in before], scatter(rng.standard_normal((_DRAWS, 1))))
     return Outlook(speeds, was, band(places, apart, sigma), ladder, through, best, held if removed[i, k] > 0 else None)
+
+
+def _prove(
+    removed: Array,
+    through: Array,
+    drawn: Sequence[Draws],
+    places: Sequence[Place],
+    ladder: Array,
+    sigma: Array,
+    safe: float,
+) -> None:
+    """Hold the most productive safe cut against multipliers, and the next one where they deny it, in place.
+
+    Of speeds that nobody has come to after some nothing is called safe.
+    """
+    proved = list[int]()
+    while len(proved) < _PROOFS and np.max(removed) > 0:
+        i, k = _largest(removed)
+        if i in proved:
+            return
+        proved.append(i)
+        rungs = min(k + 1 + _FURTHER, len(ladder))
+        told = all_the_way([_by_multipliers(drawn, places[i], ladder[:rungs])], sigma)[0]
+        through[i] = np.append(told, np.minimum(through[i, rungs:], told[-1]))
+        removed[i] = np.where(through[i] >= safe, places[i].at.speed * ladder, -1.0)
+    removed[np.isin(np.arange(len(removed)), proved, invert=True)] = -1.0
 
 
 def chance_at(
@@ -87,25 +121,42 @@ def chance_at(
 ) -> float:
     """The probability that a cut at rpm and m is stable, as is every shallower one at its speed."""
     ladder = depth * _WIDER ** np.arange(-_ABOVE, 2.0)
-    places = _places(machine, problem, np.array([speed]), ladder, seed)
-    apart, sigma = forecast(believed, problem, places, np.random.default_rng([seed, 31]))
+    drawn, sigma = forecast(believed, problem, np.random.default_rng([seed, 31]))
+    if problem.guessed:
+        place = Place(_condition(machine, problem, speed), ladder, 0)
+        apart = [_by_multipliers(drawn, place, ladder)]
+    else:
+        apart = apart_at(drawn, _places(machine, problem, np.array([speed]), ladder, seed))
     return float(all_the_way(apart, sigma)[0, _ABOVE])
 
 
-def forecast(
-    believed: Sequence[Entry], problem: Problem, places: Sequence[Place], rng: np.random.Generator
-) -> tuple[list[Array], Array]:
-    """ln(b_lim/b) at every place, (draws, depths) each, and the scatter of the verdicts, (draws, 1), as the cuts leave
-    them."""
+def forecast(believed: Sequence[Entry], problem: Problem, rng: np.random.Generator) -> tuple[list[Draws], Array]:
+    """The machine as the cuts leave it, drawn, by suspect, and the scatter of the verdicts, (draws, 1)."""
     share = np.exp(np.array([one.weight for one in believed]) - max(one.weight for one in believed))
-    after, sigmas = list[list[Array]](), []
+    after, sigmas = list[Draws](), []
     for one, many in zip(believed, np.ceil(share / np.sum(share) * _DRAWS).astype(int), strict=True):
         found = one.posterior
         pick = rng.choice(len(found.rows), int(many), p=found.weights())
-        drawn = found.rows[pick], found.values[pick], found.modes[pick]
-        after.append([apart for apart, _ in seen(found.suspect, problem.tool, places, *drawn)])
+        base = problem.tool.placed(problem.tool.drawn().of(found.rows[pick]), found.modes[pick])
+        after.append(Draws(found.suspect, problem.tool, base, found.rows[pick], found.values[pick]))
         sigmas.append(found.sigma[pick])
-    return [np.concatenate(parts) for parts in zip(*after, strict=True)], np.concatenate(sigmas)[:, None]
+    return after, np.concatenate(sigmas)[:, None]
+
+
+def apart_at(drawn: Sequence[Draws], places: Sequence[Place]) -> list[Array]:
+    """ln(b_lim/b) at every place, (draws, depths) each."""
+    return [np.concatenate([distances(some, place)[0] for some in drawn]) for place in places]
+
+
+def _by_multipliers(drawn: Sequence[Draws], place: Place, ladder: Array) -> Array:
+    """The same at depths of one place, (draws, depths), where that is learnt elsewhere."""
+    return np.concatenate([surely(some, place.at, ladder) for some in drawn])
+
+
+def _largest(of: Array) -> tuple[int, int]:
+    """Row and column."""
+    row, column = np.unravel_index(int(np.argmax(of)), of.shape)
+    return int(row), int(column)
 
 
 def told_by(apart: Sequence[Array], sigma: Array, forced: Array) -> tuple[Array, Array]:
@@ -141,10 +192,18 @@ def _beyond(ladder: Array) -> Array:
     return np.concatenate([below, ladder, above])
 
 
+def _condition(machine: Machine, problem: Problem, speed: float) -> Condition:
+    """That of the first cut, at another speed in rpm."""
+    return condition(problem.places[problem.index[0]].at.cutting, speed, machine.tool_axes)
+
+
 def _places(machine: Machine, problem: Problem, speeds: Array, ladder: Array, seed: int) -> list[Place]:
-    first = problem.places[problem.index[0]].at.cutting
-    conditions = [condition(first, float(n), machine.tool_axes) for n in speeds]
-    learned = None if problem.exactness is None else learnt(machine, problem.tool, conditions, seed, tools=1)
+    conditions = [_condition(machine, problem, float(n)) for n in speeds]
+    learned = (
+        None
+        if problem.exactness is None
+        else learnt(machine, problem.tool, conditions, [ladder] * len(speeds), seed, tools=1)
+    )
     return [Place(at, ladder, k, learned) for k, at in enumerate(conditions)]
 
 

@@ -7,22 +7,21 @@ Milling with even, straight teeth and a tool known by its modes: by the multipli
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
-from jointlib.arrays import Array
+from jointlib.arrays import Array, ComplexArray
 
+from ..cutting.process.cutting import Cutting
 from ..indices import Index
-from .borders import Condition, border
-from .exactness import Exactness
-from .growth import growth, map_of, multiplier
+from .borders import Condition, still
+from .exactness import Exactness, by_multipliers, of_zero_order, told
+from .growth import growth, map_of, multiplier, to_border
 from .passes import Pass, arc_of, pass_of
 from .sampled_tool import Drawn, SampledTool
 from .suspects import Suspect
 
-_FAR = 3.0
-"""ln of depths beyond which nobody asks how far."""
 _PIECE = 128
 """Draws that stay in the cache."""
 _NEXT = 1.25
@@ -50,47 +49,82 @@ def exact(tool: SampledTool, at: Condition) -> bool:
     return tool.modal and cutting.process == "milling" and even
 
 
-def distances(
-    suspect: Suspect, tool: SampledTool, place: Place, base: Drawn, rows: Index, values: Array
-) -> tuple[Array, Array, Array]:
-    """ln(b_lim/b) and the frequency of chatter in Hz at every depth of a place, (draws, depths), and that frequency at
-    the border, (draws,).
+@dataclass(frozen=True, eq=False)
+class Draws:
+    """Draws of a suspect: ``base`` with their modes where they stand, the samples behind them and its ``values``.
 
-    ``base`` are the draws with their modes where they stand, ``rows`` the samples behind them.
+    ``still`` are eigenvalues of the mean cut that draws without another speed in them share, by arc of cut.
     """
-    pieces = [np.arange(begin, min(begin + _PIECE, len(rows))) for begin in range(0, max(len(rows), 1), _PIECE)]
-    found = [_of_piece(suspect, tool, place, base.of(piece), rows[piece], values[piece]) for piece in pieces]
-    apart, frequency, at_border = (np.concatenate(parts) for parts in zip(*found, strict=True))
+
+    suspect: Suspect
+    tool: SampledTool
+    base: Drawn
+    rows: Index
+    values: Array
+    still: dict[Cutting, list[ComplexArray]] = field(default_factory=dict)
+
+    def of(self, pick: Index) -> Draws:
+        """Some of them, in an order."""
+        still = {arc: [branch[pick] for branch in branches] for arc, branches in self.still.items()}
+        return Draws(self.suspect, self.tool, self.base.of(pick), self.rows[pick], self.values[pick], still)
+
+    def pieces(self) -> list[Draws]:
+        """As many at a time as stay in the cache."""
+        every = np.arange(len(self.rows))
+        return [self.of(every[begin : begin + _PIECE]) for begin in range(0, max(len(every), 1), _PIECE)]
+
+    def changed(self, at: Condition, depth: float) -> Drawn:
+        """With the suspect's change at a condition and a depth in m."""
+        return self.suspect.changed(self.base, self.values, at.speed, depth)
+
+    def share(self, at: Condition) -> None:
+        """Compute ``still`` of an arc of cut, where it serves at other speeds as well."""
+        if self.suspect.by_speed or self.suspect.by_depth or at.cutting in self.still:
+            return
+        parts = []
+        for piece in self.pieces():
+            changed = piece.changed(at, np.nan)
+            if np.any(changed.damping + (at.cutting.process_damping or 0.0)):
+                return
+            parts.append(still(piece.tool.response(changed, piece.rows), at, changed.tangential, changed.normal))
+        self.still[at.cutting] = [np.concatenate(branch) for branch in zip(*parts, strict=True)]
+
+
+def distances(draws: Draws, place: Place) -> tuple[Array, Array, Array]:
+    """ln(b_lim/b) and the frequency of chatter in Hz at every depth of a place, (draws, depths), and that frequency at
+    the border, (draws,)."""
+    if not exact(draws.tool, place.at):
+        draws.share(place.at)
+    apart, frequency, at_border = (
+        np.concatenate(parts) for parts in zip(*(_of_piece(piece, place) for piece in draws.pieces()), strict=True)
+    )
     return apart, frequency, at_border
 
 
-def _of_piece(
-    suspect: Suspect, tool: SampledTool, place: Place, base: Drawn, rows: Index, values: Array
-) -> tuple[Array, Array, Array]:
+def surely(draws: Draws, at: Condition, ladder: Array) -> Array:
+    """ln(b_lim/b) at depths in m, (draws, depths), of any milling cutter by multipliers; takes long."""
+    changed = draws.changed(at, float(np.mean(ladder)))
+    return by_multipliers(draws.tool, at, changed, draws.rows, ladder, np.zeros((len(draws.rows), len(ladder))))[0]
+
+
+def _of_piece(draws: Draws, place: Place) -> tuple[Array, Array, Array]:
     """`distances` of as many draws as stay in the cache."""
-    at, ladder = place.at, place.depths
+    suspect, tool, base, rows, at, ladder = draws.suspect, draws.tool, draws.base, draws.rows, place.at, place.depths
     if not exact(tool, at):
-        changed = suspect.changed(base, values, at.speed, float(np.mean(ladder)))
-        damping = changed.damping + (at.cutting.process_damping or 0.0)
-        G = tool.response(changed, rows)
-        depth, frequency = border(G, tool.lines, at, changed.tangential, changed.normal, damping)
-        if place.exactness is not None:
-            depth = depth * np.exp(place.exactness.logarithm(changed, place.number))
-            frequency = frequency + place.exactness.shift[place.number]
-        with np.errstate(divide="ignore"):
-            apart = np.clip(np.log(depth[:, None] / ladder), -_FAR, _FAR)
-        return np.asarray(apart), np.broadcast_to(frequency[:, None], apart.shape), frequency
+        changed = draws.changed(at, float(np.mean(ladder)))
+        rough = of_zero_order(tool, at, changed, rows, draws.still.get(at.cutting))
+        return told(*rough, changed, ladder, place.exactness, place.number)
     asked = np.append(ladder, _NEXT * ladder[0]) if len(ladder) == 1 else ladder
     grown, angle = np.zeros((len(rows), len(asked))), np.zeros((len(rows), len(asked)))
     arc, found, changed = arc_of(at, max(tool.highest, suspect.highest)), None, base
     for k, depth in enumerate(asked):
         if found is None or suspect.by_depth:
-            changed = suspect.changed(base, values, at.speed, float(depth))
+            changed = draws.changed(at, float(depth))
             found = pass_of(changed, tool.direct[rows], at, arc, tool.axes)
         grown[:, k], angle[:, k] = _grown(found, changed, at, np.full(len(rows), float(depth)))
     repeats = at.tooth_frequency if changed.active is None else at.speed / 60
     least = 0.3 * np.min(-changed.poles[:, tool.felt()].real, axis=1) / at.tooth_frequency
-    apart = _to_border(grown, np.log(asked), least)[:, : len(ladder)]
+    apart = to_border(grown, np.log(asked), least)[:, : len(ladder)]
     angle = angle[:, : len(ladder)]
     at_border = angle[np.arange(len(rows)), np.argmin(np.abs(apart), axis=1)]
     if place.sung and found is not None and not suspect.by_depth:
@@ -113,18 +147,6 @@ def _grown(found: Pass, changed: Drawn, at: Condition, depth: Array) -> tuple[Ar
         turned = np.where(cuts, passing, idle) @ turned
     of_turn, angle = multiplier(turned)
     return of_turn / teeth, angle
-
-
-def _to_border(grown: Array, depth: Array, least: Array) -> Array:
-    """ln(b_lim/b) from ln|μ| at the logarithms of depths, by the slope towards where it is zero.
-
-    ``least`` is the slope of each sample that is believed at least, (samples,).
-    """
-    slope = np.diff(grown, axis=1) / np.diff(depth)
-    up = np.concatenate([slope, slope[:, -1:]], axis=1)
-    down = np.concatenate([slope[:, :1], slope], axis=1)
-    toward = np.maximum(np.where(grown < 0, up, down), least[:, None])
-    return np.asarray(np.clip(-grown / toward, -_FAR, _FAR))
 
 
 def first_border(place: Place, apart: Array) -> Array:

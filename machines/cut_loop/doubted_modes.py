@@ -66,6 +66,7 @@ class SpindleSoftening(Suspect):
 
     family: ClassVar[str] = "spindle-softening"
     parameters: ClassVar[tuple[tuple[str, str], ...]] = (("share", "1"),)
+    by_speed: ClassVar[bool] = True
 
     @property
     def member(self) -> str:

@@ -36,6 +36,8 @@ largest eigenvalue, for two vectors to stay among themselves where they are beli
 _CARRIED = 64
 """Samples whose steps stay in the cache."""
 _TINY = np.float32(1e-36)
+FAR = 3.0
+"""ln of depths beyond which nobody asks how far."""
 Real = npt.NDArray[np.floating[Any]]
 """Of single or double precision."""
 
@@ -187,6 +189,18 @@ def _largest(passing: Real, vector: Real) -> tuple[ComplexArray, Mask]:
     over = cc - alpha * ca - beta * cb
     sure = flat | (over * bb < _OVER**2 * full * np.abs(largest) ** 2)
     return np.where(flat, ab / np.maximum(bb, _TINY), largest), sure
+
+
+def to_border(grown: Array, depth: Array, least: Array) -> Array:
+    """ln(b_lim/b) from ln|μ| at the logarithms of depths, by the slope towards where it is zero.
+
+    ``least`` is the slope of each sample that is believed at least, (samples,).
+    """
+    slope = np.diff(grown, axis=1) / np.diff(depth)
+    up = np.concatenate([slope, slope[:, -1:]], axis=1)
+    down = np.concatenate([slope[:, :1], slope], axis=1)
+    toward = np.maximum(np.where(grown < 0, up, down), least[:, None])
+    return np.asarray(np.clip(-grown / toward, -FAR, FAR))
 
 
 def _size(power: Real) -> Real:

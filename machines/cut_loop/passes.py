@@ -177,7 +177,7 @@ def _inverse(A: Single) -> Single:
 def pass_of(drawn: Drawn, direct: Array, at: Condition, arc: Arc, axes: tuple[str, ...]) -> Pass:
     """The relations of every sample."""
     rows, poles = ["xy".index(axis) for axis in axes], drawn.poles
-    o, i = (part.astype(np.complex64) for part in _factors(drawn.residue))
+    o, i = (part.astype(np.complex64) for part in factors(drawn.residue))
     tangential, normal, stiff = (part.astype(SINGLE) for part in (drawn.tangential, drawn.normal, direct))
     rubs = drawn.damping + (at.cutting.process_damping or 0.0)
     rubbing, known, found = bool(np.any(rubs)), dict[tuple[int, int, float], _Kernel](), list[Stretch]()
@@ -259,7 +259,7 @@ def _directions(at: Condition, angle: Array) -> tuple[Array, Array]:
     return along / UNIT, v
 
 
-def _factors(residue: ComplexArray) -> tuple[ComplexArray, ComplexArray]:
+def factors(residue: ComplexArray) -> tuple[ComplexArray, ComplexArray]:
     """o and i with R = o·iᵀ of every mode, (samples, modes, axes), states in m; residues have rank one."""
     axes = residue.shape[-1]
     largest = np.argmax(np.abs(residue).reshape(*residue.shape[:2], -1), axis=2)

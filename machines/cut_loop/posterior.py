@@ -11,7 +11,7 @@ from scipy.special import logsumexp
 from jointlib.arrays import Array
 
 from ..indices import Index, Mask
-from .distances import Place, distances
+from .distances import Draws, Place, distances
 from .evidence import of_frequency, of_verdicts, scatter, stable
 from .problem import Problem
 from .sampled_tool import SampledTool
@@ -170,14 +170,14 @@ def evaluated(
     """
     own, count, number = len(suspect.parameters), len(rows), len(problem.cuts)
     values, modes, sigma = suspect.values(z[:, :own]), z[:, own:-1], scatter(z[:, -1])
-    base = problem.tool.placed(problem.tool.drawn().of(rows), modes)
+    group = Draws(suspect, problem.tool, problem.tool.placed(problem.tool.drawn().of(rows), modes), rows, values)
     apart, frequency, sung = np.zeros((3, count, number))
     likelihood = np.zeros((count, len(problem.places)))
     repeats = _repeats(suspect, problem)
     alive, left = np.arange(count, dtype=np.intp), np.ones(len(problem.places), dtype=bool)
     for k in np.arange(len(problem.places)) if beside is None else telling(beside):
         place = problem.places[k]
-        told = distances(suspect, problem.tool, place, base.of(alive), rows[alive], values[alive])
+        told = distances(group, place)
         here, left[k] = np.flatnonzero(problem.index == k), False
         rungs = np.searchsorted(place.depths, [problem.cuts[i].depth for i in here])
         x, f = (part[:, rungs] for part in told[:2])
@@ -194,7 +194,7 @@ def evaluated(
             hoped = np.max(np.sum(beside.likelihood[:, left], axis=1))
             able = np.sum(likelihood[alive], axis=1) + hoped >= least[alive]
             likelihood[alive[~able]] = -np.inf
-            alive = alive[able]
+            alive, group = alive[able], group.of(np.flatnonzero(able))
             if not len(alive):
                 break
     none = np.zeros(count)
@@ -225,8 +225,8 @@ def seen(
     suspect: Suspect, tool: SampledTool, places: Sequence[Place], rows: Index, values: Array, modes: Array
 ) -> list[tuple[Array, Array]]:
     """ln(b_lim/b) and frequencies of chatter at every place, (draws, depths) each."""
-    base = tool.placed(tool.drawn().of(rows), modes)
-    return [distances(suspect, tool, place, base, rows, values)[:2] for place in places]
+    draws = Draws(suspect, tool, tool.placed(tool.drawn().of(rows), modes), rows, values)
+    return [distances(draws, place)[:2] for place in places]
 
 
 def probability(found: Posterior, problem: Problem, without: Sequence[int] = ()) -> Array:

@@ -40,11 +40,16 @@ class Problem:
 
     def scatter(self, k: int) -> float:
         """Of ln b_lim at a place, by what the method of its borders misses."""
-        return 0.0 if self.exactness is None else float(self.exactness.scatter[k])
+        return 0.0 if self.exactness is None else self.exactness.of[k].scatter
+
+    @property
+    def guessed(self) -> bool:
+        """Whether multipliers could tell what is taken from zero order and what was learnt."""
+        return self.exactness is not None and self.tool.modal and self.places[0].at.cutting.process == "milling"
 
     def flips(self, k: int) -> bool:
         """Whether what was learnt tells the chatter of a place to be a flip; multipliers tell flips themselves."""
-        return self.exactness is not None and bool(self.exactness.flip[k])
+        return self.exactness is not None and self.exactness.of[k].flip
 
 
 def problem_of(
@@ -56,12 +61,12 @@ def problem_of(
     seed: int,
 ) -> Problem:
     """The cuts at their places, with what has to be learnt of borders where multipliers do not tell them."""
-    told = all(exact(tool, at) for at in conditions)
-    learned = None if told else learnt(machine, tool, conditions, seed)
     depths = [
         np.unique([cut.depth for cut, where in zip(cuts, index, strict=True) if where == k])
         for k in range(len(conditions))
     ]
+    told = all(exact(tool, at) for at in conditions)
+    learned = None if told else learnt(machine, tool, conditions, depths, seed)
     sung = {int(k) for cut, k in zip(cuts, index, strict=True) if cut.chatter_frequency is not None}
     places = tuple(Place(at, depths[k], k, learned, k in sung) for k, at in enumerate(conditions))
     forced = np.zeros(len(cuts))

@@ -22,6 +22,8 @@ class Suspect(ABC):
     """Names and units."""
     by_depth: ClassVar[bool] = False
     """Whether the change goes with the depth of cut."""
+    by_speed: ClassVar[bool] = False
+    """Whether the change goes with the speed."""
     by_turn: ClassVar[bool] = False
     """Whether its cut repeats with the revolution and not with the tooth."""
 
@@ -111,6 +113,8 @@ class RunOut(Suspect):
 
     family: ClassVar[str] = "run-out"
     parameters: ClassVar[tuple[tuple[str, str], ...]] = (("flutes", "1"),)
+    by_speed: ClassVar[bool] = False
+    """Whether the change goes with the speed."""
     by_turn: ClassVar[bool] = True
 
     def values(self, z: Array) -> Array:

@@ -35,7 +35,7 @@ from jointlib.cuts.judged import judged_sound  # noqa: E402
 from jointlib.cuts.sound import Sound, listen  # noqa: E402
 from jointlib.cuts.tried_cut import TriedCut  # noqa: E402
 from jointlib.measurement import Measurement  # noqa: E402
-from machines.cut_loop.advice import band, forecast, told_by  # noqa: E402
+from machines.cut_loop.advice import apart_at, band, forecast, told_by  # noqa: E402
 from machines.cut_loop.borders import condition, conditions_of  # noqa: E402
 from machines.cut_loop.contest import entry, folds_of  # noqa: E402
 from machines.cut_loop.distances import Place  # noqa: E402
@@ -204,7 +204,8 @@ def as_it_is(
     conditions, index = conditions_of(asked, table, machine.tool_axes)
     problem = problem_of(asked, conditions, index, machine, tool, 0)
     one = entry(posterior(AsItIs(), problem), problem, folds_of(problem))
-    return forecast([one], problem, places, rng)
+    drawn, sigma = forecast([one], problem, rng)
+    return apart_at(drawn, places), sigma
 
 
 def summary(rows: Sequence[Row]) -> str:

@@ -15,7 +15,7 @@ from machines.cut_loop import distances as rooms
 from machines.cut_loop import growth as rates
 from machines.cut_loop import passes
 from machines.cut_loop.borders import Condition, condition
-from machines.cut_loop.distances import Place, distances, first_border
+from machines.cut_loop.distances import Draws, Place, distances, first_border
 from machines.cut_loop.growth import growth, map_of, multiplier
 from machines.cut_loop.line_up import suspects_of
 from machines.cut_loop.passes import arc_of, pass_of
@@ -45,7 +45,7 @@ def told(one: Suspect, tool: SampledTool, table: Cutting) -> tuple[Array, Array]
         place = Place(
             condition(table, 2 * speed / teeth, tool.axes), np.array([2e-3, 3.5e-3, 6e-3, 9e-3]) * 2 / teeth, 0
         )
-        out.append(distances(one, tool, place, tool.drawn(), np.arange(tool.count), one.values(z)))
+        out.append(distances(Draws(one, tool, tool.drawn(), np.arange(tool.count), one.values(z)), place))
     apart, frequency, _ = zip(*out, strict=True)
     return np.concatenate(apart), np.concatenate(frequency)
 
@@ -67,10 +67,10 @@ def test_the_frequency_at_the_border_is_that_of_a_cut_as_deep(family: str) -> No
     at, rows = condition(table, 7000.0, tool.axes), np.arange(6)
     values = one.values(np.random.default_rng(1).standard_normal((6, len(one.parameters))))
     place = Place(at, np.array([2e-3, 4e-3, 8e-3, 16e-3]), 0, sung=True)
-    apart, _, at_border = distances(one, tool, place, tool.drawn(), rows, values)
+    apart, _, at_border = distances(Draws(one, tool, tool.drawn(), rows, values), place)
     for k, depth in enumerate(first_border(place, apart)):
         alone = Place(at, np.array([depth]), 0)
-        _, frequency, _ = distances(one, tool, alone, tool.drawn().of(rows[[k]]), rows[[k]], values[[k]])
+        _, frequency, _ = distances(Draws(one, tool, tool.drawn().of(rows[[k]]), rows[[k]], values[[k]]), alone)
         assert at_border[k] == pytest.approx(frequency[0, 0], rel=1e-6)
 
 

@@ -20,7 +20,7 @@ from jointlib.laws.jenkins import Jenkins
 from jointlib.loop.answer.report import Verdict
 from jointlib.measurement import Measurement
 from machines import Machine, lobes_at_amplitude, read_machine, trace
-from machines.cut_loop import contest, sentences, tempered
+from machines.cut_loop import advice, contest, sentences, tempered
 from machines.cut_loop import posterior as posteriors_room
 from machines.cut_loop import trace_cuts as trace_cuts_room
 from machines.cut_loop.advice import all_the_way, band, chance_at, outlook, told_by
@@ -29,7 +29,7 @@ from machines.cut_loop.contest import NEEDED, entry, folds_of
 from machines.cut_loop.distances import Place, distances
 from machines.cut_loop.doubted_modes import JointSlip, MissingMode, ModeFrequency
 from machines.cut_loop.evidence import of_frequency, of_verdicts, replayed, sound, stable
-from machines.cut_loop.exactness import learnt
+from machines.cut_loop.exactness import learnt, of_zero_order, told
 from machines.cut_loop.growth import map_of, multiplier
 from machines.cut_loop.line_up import suspects_of
 from machines.cut_loop.passes import arc_of, pass_of
@@ -197,6 +197,23 @@ def test_no_cut_beyond_an_island_of_chatter_is_safe() -> None:
     assert all_the_way(apart, sigma)[0] == pytest.approx([0.98, 0.0213, 0.0213], abs=1e-3)
 
 
+def test_a_safe_cut_that_multipliers_deny_gives_way_to_the_next(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Two speeds: at the faster one the border that was guessed lies at 8 mm and that of multipliers at 3."""
+    ladder, sigma = 1e-3 * np.arange(1.0, 9.0), np.full((4, 1), 0.1)
+    border_at = {5000.0: 5.5e-3, 8000.0: 3e-3}
+    places = [SimpleNamespace(at=SimpleNamespace(speed=n)) for n in border_at]
+    monkeypatch.setattr(
+        advice, "_by_multipliers", lambda _, place, deep: np.tile(np.log(border_at[place.at.speed] / deep), (4, 1))
+    )
+    guessed = [np.tile(np.log(b / ladder), (4, 1)) for b in (5.5e-3, 8e-3)]
+    through = all_the_way(guessed, sigma)
+    removed = np.where(through >= 0.95, np.array([[5000.0], [8000.0]]) * ladder, -1.0)
+    assert removed.max() == 8000.0 * 6e-3
+    advice._prove(removed, through, [], places, ladder, sigma, 0.95)  # type: ignore[arg-type]
+    assert removed.max() == 5000.0 * 4e-3
+    assert through[1, 5] < 0.03
+
+
 def test_the_lower_edge_of_the_band_is_as_safe_as_it_says(tmp_path: Path) -> None:
     """One border, known for certain: 5 and 95 % of the depths at which cuts turn, as the probability has them."""
     machine = machine_of(tmp_path)
@@ -239,22 +256,32 @@ def test_the_lowest_border_in_turning_is_the_closed_form(tmp_path: Path) -> None
 
 
 @pytest.mark.thorough
-def test_what_zero_order_misses_is_learnt_from_exact_charts(tmp_path: Path) -> None:
+def test_what_zero_order_misses_is_learnt_from_multipliers(tmp_path: Path) -> None:
+    """Of tools with other modes and forces, against the charts of these tools."""
+    uneven = {"teeth": 4, "pitch": (83, 97, 83, 97), "helix": 35.0}
     machine = machine_of(tmp_path, MILL)
-    table = Cutting(**dict(machine.cutting or {}))
-    conditions = [condition(table, n, machine.tool_axes) for n in (7000.0, 11000.0)]
+    machine = replace(machine, cutting={**(machine.cutting or {}), **uneven})
+    table, speeds = Cutting(**dict(machine.cutting or {})), [4200.0, 7000.0]
+    conditions = [condition(table, n, machine.tool_axes) for n in speeds]
+    chart = lobes_at_amplitude(bare(machine), speeds)
+    depths = [np.array([0.8, 1.0, 1.2]) * depth for depth in chart.depth]
     tool = sampled_tool(machine, 30, 1, 200.0)
-    exact = learnt(machine, tool, conditions, 0)
+    exact = learnt(machine, tool, conditions, depths, 0)
     (part,) = machine.components
     moved = replace(part, frequency=part.frequency * np.array([1.02, 0.985]))  # type: ignore[attr-defined,call-arg]
-    other = bare(replace(machine, components=(moved,)))
+    harder = {**(machine.cutting or {}), "tangential": 1.1 * 7e8, "normal": 1.1 * 2.1e8}
+    other = bare(replace(machine, components=(moved,), cutting=harder))
     one = sampled_tool(other, 1, 0, 200.0)
-    G = receptance(one.poles, one.residue, one.direct, one.lines)
-    chart = lobes_at_amplitude(other, [7000.0, 11000.0])
+    chart = lobes_at_amplitude(other, speeds)
     for k, at in enumerate(conditions):
-        rough = border(G, one.lines, at, one.tangential, one.normal, np.zeros(1))[0][0]
-        ratio = float(exact.logarithm(one.drawn(), k)[0])
-        assert abs(np.log(chart.depth[k] / rough) - ratio) < 3 * exact.scatter[k] + 0.02
+        rough = of_zero_order(one, at, one.drawn(), np.arange(1))
+        apart, hertz, _ = told(*rough, one.drawn(), depths[k], exact, k)
+        nearest = int(np.argmin(np.abs(apart)))
+        border_at = depths[k] * np.exp(apart[0])
+        assert 0.01 < exact.of[k].scatter < 0.25
+        assert abs(np.log(border_at[nearest] / chart.depth[k])) < 2 * exact.of[k].scatter + 0.02
+        off = hertz[0, nearest] - chart.chatter_frequency[k]
+        assert abs(off - at.tooth_frequency * np.round(off / at.tooth_frequency)) < 0.02 * 640
 
 
 def multipliers(machine: Machine, speed: float, depth: float, flutes: int = 0) -> tuple[float, float]:
@@ -449,7 +476,7 @@ def test_moves_that_no_draw_could_follow_are_left_early(tmp_path: Path, monkeypa
 def counted_draws(monkeypatch: pytest.MonkeyPatch) -> list[int]:
     """How many draws are asked at each place, as it happens."""
     count = list[int]()
-    monkeypatch.setattr(posteriors_room, "distances", lambda *at: (count.append(len(at[4])), distances(*at))[1])
+    monkeypatch.setattr(posteriors_room, "distances", lambda *at: (count.append(len(at[0].rows)), distances(*at))[1])
     return count
 
 
