@@ -37,7 +37,8 @@ _ACCEPTED, _TOLD = 0.25, 1.5
 _LIKELIER = 1.0
 """Nats, over the power, by which a move may make the places left likelier than any draw does and still be followed."""
 _JITTER = 0.01
-_SETTLED = 30
+_SETTLED, _TURNS = 1e-4, 1000
+"""Nats by which integrals of the powers change where they are believed, and turns at most."""
 _FIRST, _BEHIND = 300, 4.5
 """Draws that every suspect is tried with, and by how many nats it may be behind then and be told after all: three leave
 one of twenty chances, and one and a half more is four times what so few draws err."""
@@ -132,13 +133,27 @@ def _moved(
 
 
 def _over_all(kept: list[Posterior], powers: Array) -> Posterior:
-    """All populations together, with ln of the prior over their mixture; the norms of the powers settle by turns."""
-    found = kept[0].joined(kept[1:])
-    tempered = powers[:, None] * found.total
-    norm = np.zeros(len(powers))
-    over = np.zeros(len(found.total))
-    for _ in range(_SETTLED):
-        over = np.log(len(powers)) - logsumexp(tempered - norm[:, None], axis=0)
-        norm = logsumexp(over + tempered, axis=1) - np.log(len(over))
-        norm = norm - norm[0]
-    return replace(found, prior=over)
+    """All populations together, with ln of the prior over their mixture."""
+    over = over_mixture(np.array([one.total for one in kept]), powers)
+    return replace(kept[0].joined(kept[1:]), prior=over)
+
+
+def over_mixture(total: Array, powers: Array) -> Array:
+    """ln of the prior over the mixture that populations stand for, (populations·draws,), by ln L of their draws,
+    (populations, draws), and their powers, ascending from 0.
+
+    ln ∫ prior·Lᵝ of every power first comes from the draws of the one before, and then settles by turns over all of
+    them.
+    """
+    each_power, at, many = np.unique(powers, return_index=True, return_counts=True)
+    low = total[at[1:] - 1]  # the last population of the power before
+    steps = logsumexp(np.diff(each_power)[:, None] * low, axis=1) - np.log(total.shape[1])
+    norm = np.concatenate([[0.0], np.cumsum(steps)])
+    tempered, share = each_power[:, None] * total.ravel(), np.log(many / len(powers))
+    for _ in range(_TURNS):
+        over = -logsumexp((share - norm)[:, None] + tempered, axis=0)
+        before, norm = norm, logsumexp(over + tempered, axis=1)
+        norm -= norm[0]
+        if np.max(np.abs(norm - before)) < _SETTLED:
+            break
+    return np.asarray(over)

@@ -36,7 +36,7 @@ from machines.cut_loop.passes import arc_of, pass_of
 from machines.cut_loop.problem import Problem, problem_of
 from machines.cut_loop.sampled_tool import receptance, sampled_tool
 from machines.cut_loop.suspects import AsItIs, Coefficient, RunOut
-from machines.cut_loop.tempered import posterior
+from machines.cut_loop.tempered import over_mixture, posterior
 from machines.cut_loop.trace_cuts import trace_cuts
 from machines.cutting.forced.forced_vibration import forced_vibration
 from machines.cutting.process.cutting import Cutting
@@ -392,6 +392,20 @@ def test_no_name_is_given_that_tells_the_verdicts_worse(monkeypatch: pytest.Monk
 
 
 @pytest.mark.thorough
+def test_evidence_of_a_sharp_likelihood_is_the_closed_form() -> None:
+    """A bell of ten widths' distance in six dimensions, drawn at powers as far apart as they are in a campaign."""
+    rng, size, width, away, top = np.random.default_rng(0), 6, 0.15, 0.6, 100.0
+    totals, powers = [], [0.0, 0.05, 0.2, 0.85, 1.0, 1.0, 1.0]
+    for power in powers:
+        tight = 1 + power / width**2
+        z = power / width**2 * away / tight + rng.standard_normal((400, size)) / np.sqrt(tight)
+        totals.append(top - 0.5 * np.sum((z - away) ** 2, axis=1) / width**2)
+    over = over_mixture(np.array(totals), np.array(powers))
+    found = logsumexp(over + np.ravel(totals)) - np.log(over.size)
+    closed = top - size / 2 * (np.log1p(1 / width**2) + away**2 / (1 + width**2))
+    assert found == pytest.approx(closed, abs=0.3)
+
+
 def test_the_size_of_an_effect_is_that_of_quadrature(tmp_path: Path) -> None:
     machine = bare(machine_of(tmp_path))
     cuts = campaign(machine, 3, force=1.5)
