@@ -17,6 +17,7 @@ from scipy.special import logsumexp
 
 from jointlib.arrays import Array
 from jointlib.shown.progress import each
+from jointlib.system.processes import on_every_core
 
 from ..indices import Index, Mask
 from ..uncertainty.drawn_machines import draws
@@ -51,14 +52,21 @@ def posteriors(suspects: Sequence[Suspect], problem: Problem, needed: float) -> 
 
     ``needed`` is the evidence that a name needs at least, in nats.
     """
-    found = [posterior(one, problem, _FIRST) for one in each("suspects", suspects, len(suspects))]
+
+    def first(suspect: Suspect) -> Posterior:
+        return posterior(suspect, problem, _FIRST)
+
+    found = list(on_every_core(first, each("suspects", suspects, len(suspects)), len(suspects)))
     least, many = max([needed, *(one.evidence for one in found)]) - _BEHIND, problem.tool.count > _FIRST
     able = [k for k, one in enumerate(found) if one.evidence >= least and (many or one.effective < NEEDED)]
-    for k in each("suspects that are left", able, len(able)):
-        if many:
-            found[k] = posterior(suspects[k], problem)
-        if found[k].effective < NEEDED:
-            found[k] = posterior(suspects[k], problem, times=_LONGER)
+
+    def again(k: int) -> Posterior:
+        one = posterior(suspects[k], problem) if many else found[k]
+        return posterior(suspects[k], problem, times=_LONGER) if one.effective < NEEDED else one
+
+    further = on_every_core(again, each("suspects that are left", able, len(able)), len(able))
+    for k, one in zip(able, further, strict=True):
+        found[k] = one
     return found
 
 
