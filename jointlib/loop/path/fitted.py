@@ -90,11 +90,14 @@ def fit(evidence: Evidence, model: Model, *, quick: bool = False, rounding: bool
     Mass and offset are eliminated by projection, so that the nonlinear search is over joint parameters alone. Faults
     are undone exactly and what is left of them is fitted linearly, round after round. Standard errors take whole
     blocks as independent (residuals within one are not), and are widened to the jackknife over condition folds where
-    that is larger. ``quick`` ends early, and ``rounding`` fits the smoothing of corners too, within half a decade.
+    that is larger. ``quick`` ends early and opens no play that a law does not have yet, and ``rounding`` fits the
+    smoothing of corners too, within half a decade.
     """
-    free = free_parameters(model.joint)
+    closed = closed_plays(model.joint) if quick else frozenset()
+    free = tuple(n for n in free_parameters(model.joint) if n not in closed)
     if rounding:
-        loose = _solved(evidence.without(model.faults), model.joint, tuple(model.joint.parameters), quick)[0]
+        every = tuple(n for n in model.joint.parameters if n not in closed)
+        loose = _solved(evidence.without(model.faults), model.joint, every, quick)[0]
         model = dataclasses.replace(model, joint=_rounded(model.joint, loose))
     for _ in range(_FAULT_ROUNDS if model.faults or model.joint.modulations else 0):
         here = evidence.without(model.faults)
@@ -104,7 +107,7 @@ def fit(evidence: Evidence, model: Model, *, quick: bool = False, rounding: bool
             break
     here = evidence.without(model.faults)
     joint, beta = _solved(here, model.joint, free, quick)
-    judged = _judged(here, Model(joint, model.faults), beta)
+    judged = _judged(here, Model(joint, model.faults), beta, free)
     return dataclasses.replace(judged, model=dataclasses.replace(judged.model, joint=_without_nothing(judged)))
 
 
@@ -172,11 +175,11 @@ def _solved(evidence: Evidence, joint: Joint, free: Sequence[str], quick: bool) 
     return fitted, np.linalg.lstsq((plant / size).T, rest, rcond=None)[0] / size[:, 0]
 
 
-def _judged(evidence: Evidence, model: Model, beta: Array) -> Fitted:
+def _judged(evidence: Evidence, model: Model, beta: Array, free: Sequence[str]) -> Fitted:
     plant_names, plant = evidence.beside(model.joint)
     rest = evidence.target - evidence.joint_force(model.joint)
     residual = rest - beta @ plant
-    names, slopes = tangents(evidence, model.joint)
+    names, slopes = tangents(evidence, model.joint, free)
     columns = np.vstack([plant, slopes])
     condition, fold_beta, block = held_out_losses(evidence, columns, rest)
     w = evidence.root_weight
@@ -206,11 +209,11 @@ def _judged(evidence: Evidence, model: Model, beta: Array) -> Fitted:
     )
 
 
-def tangents(evidence: Evidence, joint: Joint) -> tuple[tuple[str, ...], Array]:
+def tangents(evidence: Evidence, joint: Joint, free: Sequence[str]) -> tuple[tuple[str, ...], Array]:
     """∂f/∂θ of every free parameter that has influence, by central differences (exact where f is linear in θ)."""
     names, columns = [], []
     at = joint.parameters
-    for name in free_parameters(joint):
+    for name in free:
         step = 1e-4 * abs(at[name]) or 1e-6
         pair = [(moved_or_none(joint, {name: at[name] + h}), h) for h in (step, -step)]
         usable = [(evidence.joint_force(j), h) for j, h in pair if j is not None]
@@ -229,6 +232,16 @@ def free_parameters(joint: Joint) -> tuple[str, ...]:
     """What a fit moves: not what the joint holds fixed, nor a smoothing, which would imitate other effects."""
     held = joint.fixed | named_by_role(joint, Role.SMOOTHING)
     return tuple(name for name in joint.parameters if name not in held)
+
+
+def closed_plays(joint: Joint) -> frozenset[str]:
+    """Plays in series with an element with memory, that a joint does not have; stepping through one is slow."""
+    return frozenset(
+        f"{part}.{p.name}"
+        for part, law in zip(joint.part_names, joint.laws, strict=True)
+        for p in parameters_of(law)
+        if law.states and p.role is Role.CLEARANCE and getattr(law, p.name) == 0.0
+    )
 
 
 def named_by_role(joint: Joint, role: Role) -> frozenset[str]:

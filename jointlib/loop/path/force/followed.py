@@ -149,13 +149,27 @@ def changing(law: JointLaw, roles: Sequence[Role], factors: Array, path: Path) -
 
     ``factors`` are those of the parameters of each role, (step, role, record).
     """
-    moving = np.concatenate([path.displacement[:, None], factors], axis=1)
+    every = scaled(law, [(role, factors[:, k]) for k, role in enumerate(roles)])
+    known = vars(every)
+    rows = {name: len(value) if isinstance(value, tuple) else 0 for name, value in known.items() if _changes(value)}
+    # The parameters of all steps are checked once, and go along the path beside the displacement.
+    listed = [x for name in rows for x in (known[name] if rows[name] else [known[name]])]
+    moving = np.stack([path.displacement, *listed], axis=1)
 
     def step(here: Array, speed: Array, state: Array) -> tuple[Array, Array]:
-        now = scaled(law, list(zip(roles, np.moveaxis(here, -2, 0)[1:], strict=True)))
+        now, first = object.__new__(type(law)), 1
+        now.__dict__.update(known)
+        for name, count in rows.items():
+            own = tuple(here[..., first + k, :] for k in range(max(count, 1)))
+            now.__dict__[name], first = own if count else own[0], first + len(own)
         return now.step(Motion(here[..., 0, :], speed[..., 0, :], path.time_step), state)
 
     def virgin(here: Array) -> Array:
         return law.initial_state(here[..., 0, :])
 
     return in_pieces(virgin(moving[0]), virgin, step, moving, path.velocity[:, None])
+
+
+def _changes(value: object) -> bool:
+    """True for a parameter, or a list of them, with a value at every step."""
+    return isinstance(value[0] if isinstance(value, tuple) and value else value, np.ndarray)
