@@ -16,6 +16,7 @@ from jointlib.loop.answer.report import Rival, Status, TraceReport, Verdict
 from jointlib.loop.path import account, judgement, words
 from jointlib.loop.path.acceptance import CHANCE, SHARE, TIE
 from jointlib.loop.path.columns import law_forces
+from jointlib.loop.path.composed import own_offsets
 from jointlib.loop.path.composed import remains as composed_remains
 from jointlib.loop.path.composed.same_law import without_itself
 from jointlib.loop.path.estimates import candidate_of, chosen_of, estimates, set_by
@@ -122,6 +123,7 @@ def answer(
     left = composed_remains.remains(named.after)
     if measurement.carriage is None and named.after.evidence.mass is None:
         text = " ".join([text, *(t.effect.of_joint for t in named.terms if isinstance(t.effect, PathFault))]).rstrip()
+    text = " ".join([text, own_offsets.said(named.after)]).rstrip()
     if entered and named.verdict is Verdict.PARTIAL:
         text = " ".join([text, composed_remains.said(left)]).rstrip()
     return TraceReport(
@@ -263,7 +265,8 @@ def _sealed(measurement: Measurement, evidence: Evidence, records: Sequence[Reco
         return None
     runs = tuple(prepare(measurement, r, evidence.recorded[0].preparation) for r in records)
     nothing = PathFloor(np.zeros(0), "unknown", np.zeros(0, dtype=int))
-    return Evidence(runs, evidence.carriage, Division((), "sealed"), nothing, law_forces(runs))
+    division, own = Division((), "sealed"), evidence.own_offsets
+    return Evidence(runs, evidence.carriage, division, nothing, law_forces(runs), own_offsets=own)
 
 
 def _mended(

@@ -24,10 +24,12 @@ _MODEL_FORM = frozenset({"hysteresis"})
 
 
 def estimates(fitted: Fitted) -> dict[str, Estimate]:
-    """Mass, offset, parameters of faults and every joint parameter of a fitted model; one that was not free has no
-    standard error."""
+    """Mass, offset (where records have one in common), parameters of faults and every joint parameter of a fitted
+    model; one that was not free has no standard error."""
     units = {"mass": "kg", "offset": "N", **fitted.joint.units}
     values = dict(zip(fitted.names, fitted.plant, strict=False))
+    if fitted.evidence.own_offsets:
+        del values["offset"]
     for known in fitted.model.faults:
         prefix = known.fault.family.replace("-", "_")
         for name, value in known.parameters.items():

@@ -93,12 +93,21 @@ class Evidence:
     law_force: Callable[[JointLaw], Array]
     """Force of a law along all records, filtered and thinned like the measured one; remembered."""
     faults: tuple[Known, ...] = ()
+    own_offsets: bool = False
+    """True where every record has an offset F0 of its own: forces and columns are then less their mean over each
+    record, of those left out of a fit as well. The mean says what came before a record, or where its zero was."""
 
     def without(self, faults: tuple[Known, ...]) -> Evidence:
         """The same records with these faults undone, and no others; what no fault changes is not computed again."""
         if faults == self.faults:
             return self
         other = replace(self, faults=faults)
+        other.__dict__.update({name: getattr(self, name) for name in _OF_THE_MOTION})
+        return other
+
+    def with_own_offsets(self) -> Evidence:
+        """The same records, each with an offset of its own."""
+        other = replace(self, own_offsets=True)
         other.__dict__.update({name: getattr(self, name) for name in _OF_THE_MOTION})
         return other
 
@@ -125,10 +134,27 @@ class Evidence:
         found = [known.parameters["mass"] for known in self.faults if known.fault.inertia]
         return sum(found) if found else self.carriage.value if self.carriage else None
 
+    def centred(self, x: Array) -> Array:
+        """Forces along the records, (…, sample), less their mean over each where every record has its own offset."""
+        if not self.own_offsets:
+            return x
+        return np.concatenate([own - own.mean(axis=-1, keepdims=True) for own in self._apart(x)], axis=-1)
+
+    def _apart(self, x: Array) -> list[Array]:
+        return np.split(x, np.cumsum([len(run.time) for run in self.recorded])[:-1], axis=-1)
+
     @cached_property
     def target(self) -> Array:
         """F less the inertia of a known mass."""
+        return self.centred(self._driving)
+
+    @cached_property
+    def _driving(self) -> Array:
         return self.force - self.mass * self.acceleration if self.mass is not None else self.force
+
+    def offsets(self, joint: Joint) -> Array:
+        """The mean of what a joint leaves of the force of each record, N, (record,)."""
+        return np.array([own.mean() for own in self._apart(self._driving - self._pull(joint))])
 
     @cached_property
     def rows(self) -> tuple[Index, ...]:
@@ -190,6 +216,9 @@ class Evidence:
 
     def joint_force(self, joint: Joint) -> Array:
         """Σ of the laws' forces, N."""
+        return self.centred(self._pull(joint))
+
+    def _pull(self, joint: Joint) -> Array:
         total = np.zeros(len(self.force))
         followed = self.followed(joint)
         roles = {m.role for m in followed}
@@ -211,7 +240,7 @@ class Evidence:
 
     def follower_columns(self, joint: Joint, modulation: Modulation) -> Array:
         """What each coefficient of a modulation of the joint adds to F, filtered and thinned, (coefficient, sample)."""
-        return self.followed_force.columns(joint, modulation)
+        return self.centred(self.followed_force.columns(joint, modulation))
 
     def lag_column(self, joint: Joint, condition: str, lag: float) -> Array:
         """What a second of lag adds to F where the parameters follow an input with such a lag, (1, sample)."""
@@ -236,8 +265,8 @@ class Evidence:
 
     def _of_fault(self, fault: PathFault, columns: Callable[[PathRecord], Array]) -> Array:
         if fault.inertia:
-            return self.acceleration[None]
-        return np.concatenate([run.column(columns(run.recorded)) for run in self.runs], axis=1)
+            return self.centred(self.acceleration[None])
+        return self.centred(np.concatenate([run.column(columns(run.recorded)) for run in self.runs], axis=1))
 
     @cached_property
     def plant(self) -> tuple[tuple[str, ...], Array]:
@@ -245,7 +274,7 @@ class Evidence:
         known faults."""
         names, columns = ["offset"], [np.ones((1, len(self.force)))]
         if self.carriage is not None and self.carriage.value is None:
-            names, columns = ["mass", *names], [self.acceleration[None], *columns]
+            names, columns = ["mass", *names], [self.centred(self.acceleration[None]), *columns]
         for known in self.faults:
             names += known.names
             columns.append(self._of_fault(known.fault, known.columns))

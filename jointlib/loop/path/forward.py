@@ -41,8 +41,10 @@ def forward_check(before: Fitted, after: Fitted, sealed: Evidence | None) -> dic
             for row in out.values():
                 row["reason"] = "no restoring force: under its force alone the path drifts off; run it with its control"
             continue
-        runs = [run for evidence in groups.values() for run in evidence.without(fitted.model.faults).runs]
-        found, first = free_run(runs, fitted.joint, _mass(fitted), _offset(fitted)), 0
+        those = [evidence.without(fitted.model.faults) for evidence in groups.values()]
+        runs = [run for evidence in those for run in evidence.runs]
+        offset = np.concatenate([_offset(fitted, evidence) for evidence in those])
+        found, first = free_run(runs, fitted.joint, _mass(fitted), offset), 0
         for name, evidence in groups.items():
             count = len(evidence.recorded)
             error = _relative(found[first : first + count], runs[first : first + count])
@@ -53,7 +55,7 @@ def forward_check(before: Fitted, after: Fitted, sealed: Evidence | None) -> dic
     return out
 
 
-def free_run(runs: Sequence[Run], joint: Joint, mass: float, offset: float) -> list[Array]:
+def free_run(runs: Sequence[Run], joint: Joint, mass: float, offset: float | Array) -> list[Array]:
     """Displacement (m) of every record under its measured force (band-limited between samples), from its first sample
     that counts: classical Runge–Kutta, all records side by side."""
     spans = [slice(run.begin, min(len(run.force) - run.preparation.edge, run.begin + _MOST_SAMPLES)) for run in runs]
@@ -96,8 +98,11 @@ def _mass(fitted: Fitted) -> float:
     return known if known is not None else dict(zip(fitted.names, fitted.plant, strict=False))["mass"]
 
 
-def _offset(fitted: Fitted) -> float:
-    return dict(zip(fitted.names, fitted.plant, strict=False))["offset"]
+def _offset(fitted: Fitted, evidence: Evidence) -> Array:
+    """N, of each record."""
+    if evidence.own_offsets:
+        return evidence.offsets(fitted.joint)
+    return np.full(len(evidence.recorded), dict(zip(fitted.names, fitted.plant, strict=False))["offset"])
 
 
 def _restores(fitted: Fitted) -> bool:

@@ -49,7 +49,7 @@ def trace_path(measurement: Measurement, joint: Joint, *, seed: int = 0) -> Trac
     effects = [e for e in found.joint if exists_in_time(e)]
     known = joint.with_parameters(joint.parameters)
     finding = search(evidence, known, [*effects, PreloadShape(), *followers(runs), *input_lags(runs), *faults], seed)
-    report = answer(measurement, joint, records, evidence, finding, found.path, missing, seed)
+    report = answer(measurement, joint, records, finding.before.evidence, finding, found.path, missing, seed)
     moving = estimates(finding.before if report.mended is joint else finding.after).get("mass")
     if moving is not None:
         doubts += strange_mass(measurement, moving.value, moving.standard_error or 0.0)

@@ -76,7 +76,7 @@ def columns_of(effect: Effect, shapes: Sequence[Shape], current: Fitted, store: 
         yield from (effect.along(current.evidence, shape, current.joint) for shape in shapes)
         return
     if isinstance(effect, JointEffect):
-        yield from store.columns(effect, shapes, current.joint)
+        yield from map(current.evidence.centred, store.columns(effect, shapes, current.joint))
         return
     for shape in shapes:
         yield current.evidence.fault_columns(effect, shape)

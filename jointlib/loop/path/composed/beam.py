@@ -22,6 +22,7 @@ from jointlib.loop.path.composed.choice import (
     widest,
 )
 from jointlib.loop.path.composed.field import Field
+from jointlib.loop.path.composed.own_offsets import with_own_offsets
 from jointlib.loop.path.composed.pairs import pairs_beside
 from jointlib.loop.path.composed.weighed import EXCHANGES, certain, is_certain, weighed
 from jointlib.loop.path.evidence import Evidence, Model
@@ -67,6 +68,9 @@ def search(evidence: Evidence, joint: Joint, effects: Sequence[Effect], seed: in
         left = deciding_excess(children[0].fitted)
         simpler = [c for c in _simpler(field, start, children[0]) if deciding_excess(c.fitted) < (1 - SHARE) * left]
         alone = not simpler and not any(deciding_excess(p.fitted) < _CLEARLY * left for p in _paired(field, start))
+    own = None if alone or evidence.own_offsets else with_own_offsets(start.fitted)
+    if own is not None:
+        return search(own, joint, effects, seed)
     field = replace(field, quick=not alone)
     if not alone:
         children += [*_grown(field, start, _WIDTH)[1][len(children) :], *simpler]
