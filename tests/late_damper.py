@@ -12,8 +12,14 @@ from jointlib.joint import Joint
 from jointlib.laws.linear import Linear
 from jointlib.laws.viscous import Viscous
 from jointlib.measurement import Channel, Measurement, RecordSource
+from jointlib.modulation import lagged
 
 RATE, LATE, FINE = 250.0, 0.01, 4
+CHANNELS = (
+    Channel("z", "displacement", "m", "m", 1.0),
+    Channel("F", "force", "N", "N", 1.0),
+    Channel("u", "voltage", "V", "V", 1.0, is_input=True),
+)
 SPRUNG = Joint((Linear(1000.0), Viscous(100.0)), "damper")
 
 
@@ -42,9 +48,19 @@ def damper(folder: Path, input_lag: float, late: float) -> Measurement:
         file = folder / f"{level}.npz"
         np.savez(file, allow_pickle=False, z=z[::FINE], F=force, u=u[::FINE])
         sources.append(RecordSource(file, "fit", condition=f"level {level}"))
-    channels = (
-        Channel("z", "displacement", "m", "m", 1.0),
-        Channel("F", "force", "N", "N", 1.0),
-        Channel("u", "voltage", "V", "V", 1.0, is_input=True),
-    )
-    return Measurement(folder / "m.toml", "path", channels, tuple(sources), sample_rate=RATE)
+    return Measurement(folder / "m.toml", "path", CHANNELS, tuple(sources), sample_rate=RATE)
+
+
+def stepped_damper(folder: Path, input_lag: float) -> Measurement:
+    """40 s of random motion under a voltage that is stepped every second, and friction that turns over a little after
+    the speed does."""
+    rng = np.random.default_rng(3)
+    t = np.arange(FINE * round(40 * RATE)) / (FINE * RATE)
+    z, v = (0.004 * x for x in sines(rng, t, 0.5, 4.0))
+    u = np.repeat(rng.uniform(0, 2.5, 40), round(FINE * RATE))
+    felt = lagged(u, input_lag, 1 / (FINE * RATE))
+    force = 1500 * z + 250 * v + (50 + 150 * felt) * np.tanh((v + 1.5 * z) / 0.02)
+    force = force[::FINE] + 0.5 * rng.standard_normal(round(40 * RATE))
+    np.savez(folder / "steps.npz", allow_pickle=False, z=z[::FINE], F=force, u=u[::FINE])
+    source = RecordSource(folder / "steps.npz", "fit")
+    return Measurement(folder / "m.toml", "path", CHANNELS, (source,), sample_rate=RATE)

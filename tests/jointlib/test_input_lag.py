@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from late_damper import LATE, RATE, SPRUNG, damper
+from late_damper import LATE, RATE, SPRUNG, damper, stepped_damper
 
 from jointlib.errors import InputError
 from jointlib.io.joint_file import read_joint, write_joint
@@ -46,6 +46,18 @@ def test_a_force_that_comes_late_is_no_lag_of_the_voltage(tmp_path: Path) -> Non
 def test_a_damper_that_follows_at_once_has_no_lag(tmp_path: Path) -> None:
     report = trace(damper(tmp_path, 0.0, 0.0), SPRUNG)
     assert [c["family"] for c in report.composition] == ["coulomb", "modulation"], report.sentence
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("late", [0.02, 0.0])
+def test_a_lag_behind_steps_of_the_voltage_shows_where_they_are(tmp_path: Path, late: float) -> None:
+    """A lag acts after each step alone, and the rounding of the friction, which is no law's, leaves more than it."""
+    report = trace(stepped_damper(tmp_path, late), SPRUNG)
+    families = [c["family"] for c in report.composition]
+    assert families[:2] == ["coulomb", "modulation"], report.sentence
+    assert ("input-lag" in families) == (late > 0), report.sentence
+    for m in report.mended.modulations:
+        assert m.lag == pytest.approx(late, rel=0.3)
 
 
 def test_a_lag_of_the_first_order_is_that_of_closed_forms() -> None:

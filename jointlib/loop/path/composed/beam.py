@@ -22,6 +22,7 @@ from jointlib.loop.path.composed.choice import (
     widest,
 )
 from jointlib.loop.path.composed.field import Field
+from jointlib.loop.path.composed.late_input import with_late_inputs
 from jointlib.loop.path.composed.own_offsets import with_own_offsets
 from jointlib.loop.path.composed.pairs import pairs_beside
 from jointlib.loop.path.composed.weighed import EXCHANGES, certain, is_certain, weighed
@@ -86,6 +87,7 @@ def search(evidence: Evidence, joint: Joint, effects: Sequence[Effect], seed: in
     if len(best.terms) > 1 and not alone:
         last = replace(best.steps[-1], fitted=_with_corners(evidence, fit(evidence, best.fitted.model)))
         best = replace(best, steps=(*best.steps[:-1], last))
+    best, parts = with_late_inputs(field, best, parts)
     return Finding(best, parts, tuple(c for c in others if c.members != best.members))
 
 
