@@ -68,6 +68,14 @@ def test_a_size_within_its_own_error_of_nothing_is_no_effect_of_a_composition(
     assert [stands(both, term) for term in both.terms] == [True, False]
 
 
+def test_a_size_that_does_nothing_is_no_effect_of_a_composition(start: Fitted, rows: tuple[Row, ...]) -> None:
+    """A slip of 1e-16 N/m, which has no error, stood beside friction that falls with speed."""
+    both = composed(start, rows)
+    names = tuple(n for n in both.fitted.names if not n.startswith("coulomb."))
+    idle = replace(both, steps=(*both.steps[:-1], replace(both.steps[-1], fitted=replace(both.fitted, names=names))))
+    assert [stands(both, both.terms[0]), stands(idle, both.terms[0])] == [True, False]
+
+
 def test_a_refit_that_runs_away_where_a_level_is_left_out_is_judged_by_the_contest(
     start: Fitted, rows: tuple[Row, ...]
 ) -> None:

@@ -66,11 +66,12 @@ def as_left_out(fitted: Fitted, entry: Entry) -> Fitted:
 def stands(c: Composition, term: Term) -> bool:
     """Whether a size that a term of a composition has is told from nothing by more than its 95 % interval.
 
-    Lengths, speeds and whatever else shapes it are no sizes: an effect of size 0 may have any.
+    A size without an error does nothing to the force: a spring that a refit sent to 0 N/m. Lengths, speeds and
+    whatever else shapes it are no sizes: an effect of size 0 may have any.
     """
     known = set_by(term, c.fitted, c.steps[0].fitted)
     sizes = [e for name, e in known.items() if name.rpartition(".")[2] not in term.trial.shape]
-    return not sizes or not all(abs(e.value) < 1.96 * e.standard_error for e in sizes)
+    return not sizes or any(abs(e.value) >= 1.96 * e.standard_error for e in sizes)
 
 
 def is_nested(c: Composition, best: Composition) -> bool:
