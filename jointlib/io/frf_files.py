@@ -18,7 +18,7 @@ from jointlib.io.readers import named_columns
 from jointlib.io.universal import AXES, NO_UNITS, place, read_sets, units
 from jointlib.lab.dialect import Told
 from jointlib.lab.response_arrays import VALUES, response_arrays
-from jointlib.lab.response_columns import response_of
+from jointlib.lab.response_columns import response_of, role_of
 from jointlib.lab.text_table import read_table
 from jointlib.units import scale
 
@@ -164,6 +164,12 @@ def _csv(path: Path, told: Told | None) -> FrfRecord:
             f"{path}: has {len(columns)} columns ({', '.join(named)}), expected f, Re, Im and, where known, the "
             "variance, or "
             "headings that say frequency and real and imaginary, or magnitude and phase"
+        )
+    roles = [role_of(heading) for heading in named]
+    if roles[3:] and roles[3] not in (None, "variance", "deviation"):
+        raise InputError(
+            f"{path}: the headings {', '.join(map(repr, list(named)[1:3]))} do not say which column is real and which "
+            f"imaginary, and {list(named)[3]!r} is no variance; expected headings as 'real [g/N]' and 'imag [g/N]'"
         )
     variance = columns[3] if len(columns) == 4 else None
     if variance is not None and list(named)[3].lower() == "deviation":

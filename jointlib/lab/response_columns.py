@@ -28,6 +28,7 @@ _ROLES = {
 }
 _BRACKETS = re.compile(r"[\[(]([^\[\]]*)[\])]\s*$")
 _DECIBELS = re.compile(r"db(?:\s*(?:ref|rel|re)\.?\s*(?:1\s*)?(.*))?$", re.IGNORECASE)
+_RMS = re.compile(r"(?<![^\W_])(rms|r\.m\.s\.|effektiv|eff\.?)(?![^\W_])", re.IGNORECASE)
 _WORD = re.compile(r"[^\W\d_]+|\|h\|", re.IGNORECASE)
 
 
@@ -93,12 +94,18 @@ def _force(path: Path, found: Mapping[str, tuple[Array, str, str]]) -> Array | N
     if "force" not in found:
         return None
     values, unit, heading = found["force"]
-    return np.asarray(values * (scale(unit, "N", f"{path}: {heading!r}") if unit else 1.0))
+    return np.asarray(values * peak_over(heading) * (scale(unit, "N", f"{path}: {heading!r}") if unit else 1.0))
+
+
+def peak_over(heading: str) -> float:
+    """Peak of a sine over what a column with this heading holds: √2 where it says rms, else 1."""
+    return float(np.sqrt(2)) if _RMS.search(heading) else 1.0
 
 
 def role_of(heading: str) -> str | None:
-    """What a column is, by the words of its heading before its unit."""
-    for word in _WORD.findall(_BRACKETS.sub("", heading)):
+    """What a column is, by the words of its heading before its unit; an H beside another one is but a name."""
+    words = _WORD.findall(_BRACKETS.sub("", heading))
+    for word in sorted(words, key=lambda word: word.casefold() == "h"):
         for role, pattern in _ROLES.items():
             if re.match(pattern, word, re.IGNORECASE):
                 return role

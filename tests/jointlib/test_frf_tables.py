@@ -42,6 +42,7 @@ TABLES = {
     "Frequenz [Hz],Betrag [mm/s/N],Phase [°]": (F, np.abs(V) * 1e3, np.degrees(np.angle(V))),
     "frequency [Hz],mag [dB re 1 um/N],phase": (F, decibels(H * 1e6), DEGREES),
     "frequency [Hz],level [dB ref g/N],phase,coherence": (F, decibels(A / G), np.degrees(np.angle(A)), 0 * F + 1),
+    "f [Hz],H1 real (g/N),H1 imag (g/N)": (F, A.real / G, A.imag / G),
     "f [rpm],Re [m/kN],Im [m/kN]": (60 * F, H.real * 1e3, H.imag * 1e3),
 }
 
@@ -130,3 +131,17 @@ def test_what_cannot_be_known_is_refused(tmp_path: Path, head: str, columns: tup
     with pytest.raises(InputError) as caught:
         read_frf(path, where="here", quantity=Quantity.RECEPTANCE.word, unit="mm/N")
     assert said in str(caught.value)
+
+
+def test_a_force_that_is_told_by_its_rms_counts_by_its_peak(tmp_path: Path) -> None:
+    """Levels of force are peaks; the rms of a sine is less by √2."""
+    path = write(tmp_path / "a.csv", "f [Hz],Re [m/N],Im [m/N],Force rms [N]", F, H.real, H.imag, 0 * F + 2)
+    assert read_frf(path, where="here").force == pytest.approx(2 * np.sqrt(2))
+    path = write(tmp_path / "b.csv", "f [Hz],Re [m/N],Im [m/N],Force [N]", F, H.real, H.imag, 0 * F + 2)
+    assert read_frf(path, where="here").force == pytest.approx(2.0)
+
+
+def test_a_force_is_not_taken_for_a_variance(tmp_path: Path) -> None:
+    path = write(tmp_path / "a.csv", "f [Hz],x [g/N],y [g/N],Force [N]", F, H.real, H.imag, 0 * F + 2)
+    with pytest.raises(InputError, match=r"do not say which column is real .* and 'Force \[N\]' is no variance"):
+        read_frf(path, where="here")

@@ -12,7 +12,7 @@ from jointlib.lab.importing.draft import Draft, Noted, Table
 from jointlib.lab.importing.signals import by_name
 from jointlib.lab.lab_file import LabFile
 from jointlib.lab.response_arrays import is_frequency
-from jointlib.lab.response_columns import quantity_of, role_of
+from jointlib.lab.response_columns import peak_over, quantity_of, role_of
 from jointlib.units import scale
 
 
@@ -48,10 +48,12 @@ def _force(draft: Draft, table: Table, file: LabFile, at: str, several: bool) ->
     """What was asked of the shaker: the largest force of a column, as it loses some at a resonance."""
     column = next((c for c in file.columns if role_of(c.name) == "force"), None)
     if column is not None:
-        peak = float(np.max(column.values)) * scale(column.unit or "N", "N", f"{file.path}: {column.name!r}")
+        over = peak_over(column.name)
+        peak = over * float(np.max(column.values)) * scale(column.unit or "N", "N", f"{file.path}: {column.name!r}")
+        times = " times √2" if over != 1.0 else ""
         # Two digits: records asked for one force are repeats of each other.
         table["force"] = Noted(
-            f"{float(f'{peak:.2g}'):g} N", f"largest of {column.name!r}, which tells that of each line"
+            f"{float(f'{peak:.2g}'):g} N", f"largest of {column.name!r}{times}, which tells that of each line"
         )
         return
     why = "no file says the peak of the force"
