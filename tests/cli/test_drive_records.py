@@ -48,3 +48,21 @@ def test_of_two_times_the_one_that_rises_evenly_is_the_clock(tmp_path: Path) -> 
     done = imported(tmp_path, str(record))
     assert "column 't_plc [ms]' is a time that stands still between samples and is left out" in done.out + done.err
     assert set(read(tmp_path)) == {"x", "f"}
+
+
+def test_an_angle_is_no_length_and_a_heading_ends_in_its_unit(tmp_path: Path) -> None:
+    """A joint of a robot: headings of degrees were read as metres, and a temperature as kelvins."""
+    columns = (NOISE[0], 50 * Z, NOISE[1], 20 + Z)
+    record = saved(tmp_path / "r.csv", "time_s;motor_current_A;q_deg;qd_deg_s;gear_temperature_C", *columns)
+    refused(tmp_path, str(record), "motor_current_a does with --set channel.motor_current_a.sensitivity='14.7 N/A'")
+    sensed = f"{record} --set channel.motor_current_a.sensitivity='84 N/A'"
+    refused(
+        tmp_path, sensed, "'q_deg' is an angle (--set channel.q_deg.gain=0.0174533, and .unit=m: at a lever of 1 m)"
+    )
+    lever = "--set channel.q_deg.unit=m --set channel.q_deg.gain=0.0174533"
+    done = imported(tmp_path, f"{sensed} {lever}")
+    assert "'qd_deg_s' is an angle (--set channel.qd_deg_s.gain=0.0174533, and .unit=m/s: at a" in done.out + done.err
+    found = read(tmp_path)
+    np.testing.assert_allclose(found["q_deg"], np.radians(np.round(50 * Z, 6)), rtol=1e-5, atol=1e-7)
+    np.testing.assert_allclose(found["motor_current_a"], 84 * np.round(NOISE[0], 6))
+    np.testing.assert_allclose(found["gear_temperature_c"], 293.15 + np.round(Z, 6), rtol=1e-6)

@@ -10,7 +10,7 @@ import numpy as np
 from jointlib.arrays import Array
 from jointlib.errors import InputError, nearest
 from jointlib.lab.importing.draft import Draft, Noted, Table
-from jointlib.lab.importing.signals import by_name, by_unit, ending_unit, identifier
+from jointlib.lab.importing.signals import angle_at_end, as_a_way, by_name, by_unit, ending_unit, identifier
 from jointlib.lab.lab_file import Column, LabFile
 from jointlib.lab.unit_words import electric, quantity_of, sensor_units, unit_of
 from jointlib.measurement import QUANTITIES
@@ -43,7 +43,7 @@ def channels_of(
     for column in first.columns:
         called[identifier(column.name, called)] = column
     settings = _by_column(said, called)
-    told = {c.name: units.get(c.name, "") or c.unit for c in first.columns}
+    told = {c.name: units.get(c.name, "") or c.unit or angle_at_end(c.name) for c in first.columns}
     has_force = any(by_unit(unit) == "force" for unit in told.values())
     values: dict[str, Array] = {}
     for name, column in called.items():
@@ -126,10 +126,13 @@ def _channel(draft: Draft, name: str, column: Column, unit: str, said: Mapping[s
         what = f"is in {unit!r}, which no channel is read in,"
         if electric(unit):
             what = _driven(unit, at)
+        elif (way := as_a_way(unit)) is not None:
+            gain, length = way
+            what = f"is an angle (--set {at}.gain={gain:g}, and .unit={length}: at a lever of 1 m)"
         draft.guesses.append(f"column {column.name!r} {what} and is left out")
         return None
     ending = "" if unit else ending_unit(column.name)
-    if ending and "quantity" not in said:
+    if ending and "quantity" not in said and sensitivity is None:
         quantity = by_name(column.name.rpartition("_")[0])
     if quantity is None and "quantity" not in said:
         guessed = of_name if of_name in QUANTITIES and of_name != "time" else "voltage"
@@ -147,8 +150,9 @@ def _channel(draft: Draft, name: str, column: Column, unit: str, said: Mapping[s
         _raw_unit(draft, table, at, unit, known, said)
     else:
         if ending and "unit" not in said:
+            last, other = column.name.rpartition("_")[2], _OTHER.get(quantity, "mV")
             draft.guess(
-                table, "unit", _written(unit_of(ending) or ""), f"the heading ends in {ending!r}", f"{at}.unit=um"
+                table, "unit", _written(unit_of(ending) or ""), f"the heading ends in {last!r}", f"{at}.unit={other}"
             )
         else:
             _unit(draft, table, at, unit, known, quantity, said)

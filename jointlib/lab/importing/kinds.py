@@ -55,6 +55,10 @@ def likely_kind(
     which = f"{volts or 'NAME'}.quantity=force{f' and channel.{volts}.sensitivity=2.2mV/N' if volts else ''}"
     kinds = f"expected --kind {', '.join(known)}, or --set channel.{which}"
     drives = [told for told in left_out if "makes it a force" in told]
+    drives += [
+        f"{s.name} does with --set channel.{s.name}.sensitivity='14.7 N/A'" for s in seen if s.quantity == "current"
+    ]
+    drives = drives or [told for told in left_out if "at a lever of" in told][:1]
     if drives:
         kinds = f"and {'; '.join(drives[:_SHOWN])}"
     elif left_out:

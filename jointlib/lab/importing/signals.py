@@ -29,11 +29,33 @@ def by_name(heading: str) -> str | None:
     return next((quantity for quantity, words in _WORDS if re.search(words, word)), None)
 
 
+_ANGLES = {"deg": 0.0174533, "°": 0.0174533, "rad": 1.0, "rev": 6.28319, "rpm": 0.10472}
+"""Units of angles and speeds of rotation, and how many m (m/s of speeds) they are at a lever of 1 m."""
+_ANGLE = re.compile(r"(deg|°|rad|rev|rpm)((?:[/_]| per |p)s(?:ec)?)?", re.IGNORECASE)
+
+
+def angle_at_end(heading: str) -> str:
+    """The unit of an angle or of its rate that a heading ends in, as ``pos_deg`` and ``speed_rad_s``; else none."""
+    found = re.search(f"_{_ANGLE.pattern}$", heading, re.IGNORECASE)
+    return found[0][1:].replace("_", "/") if found else ""
+
+
+def as_a_way(unit: str) -> tuple[float, str] | None:
+    """Gain and unit that make an angle the way, or its rate the speed, at a lever of 1 m; None of any other unit."""
+    found = _ANGLE.fullmatch(unit.strip())
+    if found is None:
+        return None
+    word = found[1].casefold()
+    return _ANGLES[word], "m/s" if found[2] or word == "rpm" else "m"
+
+
 def ending_unit(heading: str) -> str:
     """The unit that a heading ends in, as ``disp_in`` and ``t_s``, if what stands before it speaks of its quantity."""
     before, mark, ending = heading.rpartition("_")
-    known = unit_of(ending) if mark else None
     quantity = by_name(before)
+    if mark and quantity == "temperature" and ending in ("C", "c"):
+        return "degC"
+    known = unit_of(ending) if mark else None
     like = "displacement" if quantity == "position" else quantity
     return ending if known is not None and quantity is not None and quantity_of(known) == like else ""
 
