@@ -11,6 +11,7 @@ import numpy as np
 
 from jointlib.arrays import Array
 from jointlib.joint import Covariance, Joint
+from jointlib.law import JointLaw
 from jointlib.loop.answer.refit import bounds_of, refit
 from jointlib.loop.path.columns import moved_or_none
 from jointlib.loop.path.evidence import Evidence, Model
@@ -235,12 +236,13 @@ def free_parameters(joint: Joint) -> tuple[str, ...]:
 
 
 def closed_plays(joint: Joint) -> frozenset[str]:
-    """Plays in series with an element with memory, that a joint does not have; stepping through one is slow."""
+    """Plays that a joint does not have, in series with an element whose force along a path has a closed form without:
+    one step after the other is slow."""
     return frozenset(
         f"{part}.{p.name}"
         for part, law in zip(joint.part_names, joint.laws, strict=True)
         for p in parameters_of(law)
-        if law.states and p.role is Role.CLEARANCE and getattr(law, p.name) == 0.0
+        if type(law).along is not JointLaw.along and p.role is Role.CLEARANCE and getattr(law, p.name) == 0.0
     )
 
 

@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
 
+import numpy as np
+
 from jointlib.effect import JointEffect
 from jointlib.loop.answer.naming import is_declared_pair
 from jointlib.loop.path.acceptance import excess
@@ -66,12 +68,13 @@ def as_left_out(fitted: Fitted, entry: Entry) -> Fitted:
 def stands(c: Composition, term: Term) -> bool:
     """Whether a size that a term of a composition has is told from nothing by more than its 95 % interval.
 
-    A size without an error does nothing to the force: a spring that a refit sent to 0 N/m. Lengths, speeds and
+    Sizes of which none has an error do nothing to the force: a spring that a refit sent to 0 N/m. Lengths, speeds and
     whatever else shapes it are no sizes: an effect of size 0 may have any.
     """
     known = set_by(term, c.fitted, c.steps[0].fitted)
     sizes = [e for name, e in known.items() if name.rpartition(".")[2] not in term.trial.shape]
-    return not sizes or any(abs(e.value) >= 1.96 * e.standard_error for e in sizes)
+    idle = all(np.isnan(e.standard_error) for e in sizes)
+    return not sizes or not (idle or all(abs(e.value) < 1.96 * e.standard_error for e in sizes))
 
 
 def is_nested(c: Composition, best: Composition) -> bool:
