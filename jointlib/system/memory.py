@@ -86,10 +86,27 @@ def _enforce() -> tuple[int, int] | None:
 
     before = resource.getrlimit(resource.RLIMIT_DATA)
     with suppress(OSError, ValueError, IndexError):
-        held = int(Path("/proc/self/statm").read_text("ascii").split()[5]) * os.sysconf("SC_PAGE_SIZE")
-        most = held + limit() + _LIBRARIES
+        most = _held() + limit() + _LIBRARIES
         resource.setrlimit(resource.RLIMIT_DATA, (most if before[1] < 0 else min(most, before[1]), before[1]))
     return before
+
+
+def divide(parts: int) -> None:
+    """Leave this process, one of so many that were divided from one, its part of what the system still lets it take."""
+    if not sys.platform.startswith("linux"):
+        return
+    import resource
+
+    soft, hard = resource.getrlimit(resource.RLIMIT_DATA)
+    with suppress(OSError, ValueError, IndexError):
+        held = _held()
+        if soft >= held:
+            resource.setrlimit(resource.RLIMIT_DATA, (held + (soft - held) // parts, hard))
+
+
+def _held() -> int:
+    """Bytes of data that this process has."""
+    return int(Path("/proc/self/statm").read_text("ascii").split()[5]) * os.sysconf("SC_PAGE_SIZE")
 
 
 def refuse_beyond(need: float, why: str) -> None:

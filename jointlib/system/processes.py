@@ -7,7 +7,6 @@ and linear algebra has one thread.
 from __future__ import annotations
 
 import contextlib
-import multiprocessing
 import os
 import signal
 import sys
@@ -15,14 +14,18 @@ import threading
 import time
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator
-from concurrent.futures import BrokenExecutor, Future, ProcessPoolExecutor
+from functools import partial
 from itertools import chain, islice
-from multiprocessing.process import parent_process
-from typing import Any, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
+
+from jointlib.system.memory import divide
+
+if TYPE_CHECKING:
+    from concurrent.futures import Future, ProcessPoolExecutor
 
 _THREADS = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")
 _WORTH = 0.5
-"""Seconds that are left of a loop from which on it is shared; to begin takes a tenth of that."""
+"""Seconds that are left of a loop from which on it is shared; to begin takes a fifth of that at most."""
 _MOST = 8
 """Processes of a loop: each comes to hold memory of its own."""
 _AHEAD = 2
@@ -39,8 +42,9 @@ def on_every_core(work: Callable[[_Item], _Result], items: Iterable[_Item], coun
 
     Items, of which there are about ``count``, are drawn as they are handed out, a few before their results are there.
     The first are worked on here, until they tell that more than half a second is left. Other processes see what this
-    one knows at that moment, and only results come back, which have to be picklable. Where a process is killed, or the
-    system gives none, this one goes on alone.
+    one knows at that moment, and only results come back, which have to be picklable. Each has its part of the memory
+    that this one may take. Where that is too little, a process is killed or the system gives none, this one goes on
+    alone.
 
     On Linux, where a process can be divided; not in a process or thread that is itself one of several, nor where
     linear algebra may have several threads.
@@ -58,6 +62,8 @@ def on_every_core(work: Callable[[_Item], _Result], items: Iterable[_Item], coun
 
 
 def _free_cores() -> int:
+    from multiprocessing.process import parent_process
+
     alone = parent_process() is None and threading.current_thread() is threading.main_thread()
     if sys.platform != "linux" or not alone or not single_threaded():
         return 1
@@ -65,7 +71,9 @@ def _free_cores() -> int:
 
 
 def _shared(work: Callable[[_Item], _Result], items: Iterator[_Item], processes: int) -> Iterator[_Result]:
-    handed, found = deque[_Item](), deque[Future[_Result]]()
+    from concurrent.futures import BrokenExecutor
+
+    handed, found = deque[_Item](), deque["Future[_Result]"]()
 
     def hand_out(most: int) -> None:
         for item in islice(items, most):
@@ -73,7 +81,7 @@ def _shared(work: Callable[[_Item], _Result], items: Iterator[_Item], processes:
             found.append(pool.submit(_worked, item))
 
     try:
-        with _pool(processes, "fork", work) as pool:
+        with _pool(processes, "fork", partial(_begin_part, work, processes)) as pool:
             with _undisturbed():
                 hand_out(_AHEAD * processes)
             while found:
@@ -82,8 +90,15 @@ def _shared(work: Callable[[_Item], _Result], items: Iterator[_Item], processes:
                 found.popleft()
                 yield result
                 hand_out(1)
-    except (BrokenExecutor, OSError):  # what the work itself raised it raises here again
+    except (BrokenExecutor, MemoryError, OSError):  # what the work itself raised it raises here again
         yield from map(work, chain(handed, items))
+
+
+def _begin_part(work: Callable[[Any], Any], processes: int) -> None:
+    global _work
+    _work = work
+    divide(processes)
+    _begin()
 
 
 def _worked(item: Any) -> Any:
@@ -101,7 +116,7 @@ def process_pool(workers: int) -> Iterator[ProcessPoolExecutor]:
     before = {name: os.environ.get(name) for name in _THREADS}
     os.environ.update(dict.fromkeys(_THREADS, "1"))  # read when a worker imports numpy
     try:
-        with _pool(workers, "spawn") as pool:
+        with _pool(workers, "spawn", _begin) as pool:
             with _undisturbed():
                 for _ in range(workers):  # each starts a worker
                     pool.submit(os.getpid)
@@ -115,10 +130,13 @@ def process_pool(workers: int) -> Iterator[ProcessPoolExecutor]:
 
 
 @contextlib.contextmanager
-def _pool(workers: int, start: str, work: Callable[[Any], Any] | None = None) -> Iterator[ProcessPoolExecutor]:
+def _pool(workers: int, start: str, begin: Callable[[], None]) -> Iterator[ProcessPoolExecutor]:
     """A pool whose processes are ended at once where the work is broken off."""
+    import multiprocessing
+    from concurrent.futures import ProcessPoolExecutor
+
     context, others = multiprocessing.get_context(start), multiprocessing.active_children()
-    with ProcessPoolExecutor(workers, mp_context=context, initializer=_begin, initargs=(work,)) as pool:
+    with ProcessPoolExecutor(workers, mp_context=context, initializer=begin) as pool:
         try:
             yield pool
         except BaseException:
@@ -141,11 +159,10 @@ def _undisturbed() -> Iterator[None]:
         signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
-def _begin(work: Callable[[Any], Any] | None) -> None:
+def _begin() -> None:
     """Watch the parent from a thread and leave with it, even where it was killed; signals end without a word."""
-    global _work
-    if work is not None:
-        _work = work
+    from multiprocessing.process import parent_process
+
     for number in (signal.SIGINT, signal.SIGTERM):
         if callable(signal.getsignal(number)):
             signal.signal(number, signal.SIG_DFL)

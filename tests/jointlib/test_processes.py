@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import resource
 import signal
 import subprocess
 import sys
@@ -14,7 +15,7 @@ from threading import Thread
 import pytest
 
 from jointlib import CheckFailed
-from jointlib.system import processes
+from jointlib.system import memory, processes
 from jointlib.system.processes import on_every_core
 
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="a process is divided on Linux alone")
@@ -128,6 +129,29 @@ def test_a_file_that_the_work_cannot_read_is_told_as_ever() -> None:
 
     with pytest.raises(FileNotFoundError, match="gone"):
         list(on_every_core(reads, range(12), 12))
+
+
+def test_processes_part_the_memory_and_where_that_is_too_little_one_goes_on_alone() -> None:
+    here = os.getpid()
+
+    def filled(item: int) -> tuple[int, int]:
+        time.sleep(SLOW)
+        soft, _ = resource.getrlimit(resource.RLIMIT_DATA)
+        if item == 5:
+            assert bytearray(600_000_000)
+        return os.getpid(), soft
+
+    before = resource.getrlimit(resource.RLIMIT_DATA)
+    held = memory._held()
+    resource.setrlimit(resource.RLIMIT_DATA, (held + 800_000_000, before[1]))
+    try:
+        found = list(on_every_core(filled, range(8), 8))
+    finally:
+        resource.setrlimit(resource.RLIMIT_DATA, before)
+    parts = {soft - held for process, soft in found if process != here}
+    assert len(parts) == 1
+    assert parts.pop() == pytest.approx(400e6, rel=0.1)
+    assert [process for process, _ in found[5:]] == [here] * 3
 
 
 LOOP = """
