@@ -155,8 +155,10 @@ def test_processes_part_the_memory_and_where_that_is_too_little_one_goes_on_alon
 
 
 LOOP = """
-import os, sys, time
+import os, signal, time
 from jointlib.system.processes import on_every_core
+
+signal.signal(signal.SIGINT, signal.default_int_handler)  # what a shell begins beside itself ignores Ctrl-C
 
 def slowly(item):
     time.sleep(0.1)
