@@ -13,11 +13,12 @@ import sys
 import threading
 import time
 from collections import deque
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from functools import partial
 from itertools import chain, islice
 from typing import TYPE_CHECKING, Any, TypeVar
 
+from jointlib.shown.progress import each
 from jointlib.system.memory import divide
 
 if TYPE_CHECKING:
@@ -59,6 +60,11 @@ def on_every_core(work: Callable[[_Item], _Result], items: Iterable[_Item], coun
     else:
         return
     yield from _shared(work, left, min(cores, count - done))
+
+
+def each_on_every_core(what: str, work: Callable[[_Item], _Result], items: Sequence[_Item]) -> list[_Result]:
+    """`on_every_core` of all items; how many of ``what`` are handed out is told, see `each`."""
+    return list(on_every_core(work, each(what, items, len(items)), len(items)))
 
 
 def _free_cores() -> int:

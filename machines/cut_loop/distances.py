@@ -17,15 +17,13 @@ from ..cutting.process.cutting import Cutting
 from ..indices import Index
 from .borders import Condition, still
 from .exactness import Exactness, by_multipliers, of_zero_order, told
-from .growth import growth, map_of, multiplier, to_border
+from .growth import asked_of, growth, map_of, multiplier, to_border
 from .passes import Pass, arc_of, pass_of
 from .sampled_tool import Drawn, SampledTool
 from .suspects import Suspect
 
 _PIECE = 128
 """Draws that stay in the cache."""
-_NEXT = 1.25
-"""Times a depth that stands alone, where the slope is looked at."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -114,7 +112,7 @@ def _of_piece(draws: Draws, place: Place) -> tuple[Array, Array, Array]:
         changed = draws.changed(at, float(np.mean(ladder)))
         rough = of_zero_order(tool, at, changed, rows, draws.still.get(at.cutting))
         return told(*rough, changed, ladder, place.exactness, place.number)
-    asked = np.append(ladder, _NEXT * ladder[0]) if len(ladder) == 1 else ladder
+    asked = asked_of(ladder)
     grown, angle = np.zeros((len(rows), len(asked))), np.zeros((len(rows), len(asked)))
     arc, found, changed = arc_of(at, max(tool.highest, suspect.highest)), None, base
     for k, depth in enumerate(asked):
@@ -123,8 +121,7 @@ def _of_piece(draws: Draws, place: Place) -> tuple[Array, Array, Array]:
             found = pass_of(changed, tool.direct[rows], at, arc, tool.axes)
         grown[:, k], angle[:, k] = _grown(found, changed, at, np.full(len(rows), float(depth)))
     repeats = at.tooth_frequency if changed.active is None else at.speed / 60
-    least = 0.3 * np.min(-changed.poles[:, tool.felt()].real, axis=1) / at.tooth_frequency
-    apart = to_border(grown, np.log(asked), least)[:, : len(ladder)]
+    apart = to_border(grown, ladder, changed.poles[:, tool.felt()], at.tooth_frequency)
     angle = angle[:, : len(ladder)]
     at_border = angle[np.arange(len(rows)), np.argmin(np.abs(apart), axis=1)]
     if place.sung and found is not None and not suspect.by_depth:

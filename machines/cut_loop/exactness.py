@@ -22,7 +22,7 @@ from ..cutting.cutters.many_tools import Teeth, Tools
 from ..indices import Index
 from ..model.machine import Machine
 from .borders import Condition, border, met
-from .growth import FAR, to_border
+from .growth import FAR, asked_of, to_border
 from .passes import factors
 from .sampled_tool import Drawn, SampledTool, features
 
@@ -31,8 +31,6 @@ TOOLS = 60
 _FREQUENCY, _DAMPING, _FORCE = 0.03, 0.3, 0.3
 """Deviations of the logarithms that they have at least."""
 _RIDGE = 1e-3
-_NEXT = 1.25
-"""Times a depth that stands alone, where the slope is looked at."""
 _NEAR, _DOUBTED = 0.7, 0.1
 """ln of depths from the border at which a tool counts half, and what one counts of which nothing is learnt."""
 _LIKE = 0.02
@@ -179,15 +177,15 @@ def by_multipliers(
 
     A multiplier tells a frequency but for its sign and whole frequencies of the pattern: it is that next to ``beside``.
     """
-    asked = np.append(ladder, _NEXT * ladder[0]) if len(ladder) == 1 else ladder
     outputs, inputs = factors(changed.residue)
     forces = changed.tangential, changed.normal, changed.damping
     tools = Tools(changed.poles, outputs, inputs, tool.direct[rows], *forces)
     axes = tuple("xy".index(axis) for axis in tool.axes)
     teeth = Teeth(at.cutting, axes, at.speed, 2 * np.pi * _highest(tool, changed))
-    grown, angle = (np.stack(part, axis=1) for part in zip(*(teeth.growth(tools, b) for b in asked), strict=True))
-    least = 0.3 * np.min(-changed.poles[:, tool.felt()].real, axis=1) / at.tooth_frequency
-    apart = to_border(grown, np.log(asked), least)[:, : len(ladder)]
+    grown, angle = (
+        np.stack(part, axis=1) for part in zip(*(teeth.growth(tools, b) for b in asked_of(ladder)), strict=True)
+    )
+    apart = to_border(grown, ladder, changed.poles[:, tool.felt()], at.tooth_frequency)
     pattern = teeth.pattern_frequency
     line = angle[:, : len(ladder)] / (2 * np.pi) * pattern
     either = np.stack([sign * line + pattern * np.round((beside - sign * line) / pattern) for sign in (1.0, -1.0)])

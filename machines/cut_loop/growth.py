@@ -38,6 +38,8 @@ _CARRIED = 64
 _TINY = np.float32(1e-36)
 FAR = 3.0
 """ln of depths beyond which nobody asks how far."""
+_NEXT, _LEAST = 1.25, 0.3
+"""Times a depth that stands alone, where the slope is looked at; share of the damping that the slope has at least."""
 Real = npt.NDArray[np.floating[Any]]
 """Of single or double precision."""
 
@@ -191,16 +193,23 @@ def _largest(passing: Real, vector: Real) -> tuple[ComplexArray, Mask]:
     return np.where(flat, ab / np.maximum(bb, _TINY), largest), sure
 
 
-def to_border(grown: Array, depth: Array, least: Array) -> Array:
-    """ln(b_lim/b) from ln|μ| at the logarithms of depths, by the slope towards where it is zero.
+def asked_of(ladder: Array) -> Array:
+    """Depths in m at which growth is looked at for `to_border`: one that stands alone has another beside it."""
+    return np.append(ladder, _NEXT * ladder[0]) if len(ladder) == 1 else ladder
 
-    ``least`` is the slope of each sample that is believed at least, (samples,).
+
+def to_border(grown: Array, ladder: Array, poles: ComplexArray, tooth_frequency: float) -> Array:
+    """ln(b_lim/b) at depths in m from ln|μ| at those `asked_of` them, by the slope towards where it is zero.
+
+    The slope is believed down to a share of what the least damped of ``poles`` in rad/s, (samples, modes), loses in a
+    tooth period.
     """
-    slope = np.diff(grown, axis=1) / np.diff(depth)
+    least = _LEAST * np.min(-poles.real, axis=1) / tooth_frequency
+    slope = np.diff(grown, axis=1) / np.diff(np.log(asked_of(ladder)))
     up = np.concatenate([slope, slope[:, -1:]], axis=1)
     down = np.concatenate([slope[:, :1], slope], axis=1)
     toward = np.maximum(np.where(grown < 0, up, down), least[:, None])
-    return np.asarray(np.clip(-grown / toward, -FAR, FAR))
+    return np.asarray(np.clip(-grown / toward, -FAR, FAR))[:, : len(ladder)]
 
 
 def _size(power: Real) -> Real:

@@ -113,8 +113,6 @@ class RunOut(Suspect):
 
     family: ClassVar[str] = "run-out"
     parameters: ClassVar[tuple[tuple[str, str], ...]] = (("flutes", "1"),)
-    by_speed: ClassVar[bool] = False
-    """Whether the change goes with the speed."""
     by_turn: ClassVar[bool] = True
 
     def values(self, z: Array) -> Array:

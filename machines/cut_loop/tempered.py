@@ -16,8 +16,7 @@ import numpy as np
 from scipy.special import logsumexp
 
 from jointlib.arrays import Array
-from jointlib.shown.progress import each
-from jointlib.system.processes import on_every_core
+from jointlib.system.processes import each_on_every_core
 
 from ..indices import Index, Mask
 from ..uncertainty.drawn_machines import draws
@@ -56,7 +55,7 @@ def posteriors(suspects: Sequence[Suspect], problem: Problem, needed: float) -> 
     def first(suspect: Suspect) -> Posterior:
         return posterior(suspect, problem, _FIRST)
 
-    found = list(on_every_core(first, each("suspects", suspects, len(suspects)), len(suspects)))
+    found = each_on_every_core("suspects", first, suspects)
     least, many = max([needed, *(one.evidence for one in found)]) - _BEHIND, problem.tool.count > _FIRST
     able = [k for k, one in enumerate(found) if one.evidence >= least and (many or one.effective < NEEDED)]
 
@@ -64,8 +63,7 @@ def posteriors(suspects: Sequence[Suspect], problem: Problem, needed: float) -> 
         one = posterior(suspects[k], problem) if many else found[k]
         return posterior(suspects[k], problem, times=_LONGER) if one.effective < NEEDED else one
 
-    further = on_every_core(again, each("suspects that are left", able, len(able)), len(able))
-    for k, one in zip(able, further, strict=True):
+    for k, one in zip(able, each_on_every_core("suspects that are left", again, able), strict=True):
         found[k] = one
     return found
 

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import math
 import re
 import unicodedata
 from collections.abc import Iterable
 
 from jointlib.lab.unit_words import quantity_of, unit_of, without_unit
+from jointlib.units import scale
 
 _WORDS = (
     ("time", r"^(t|time|zeit|temps|tiempo|x_value|timestamp|elapsed|clock)$|^(time|zeit|temps)[ _]|[ _](time|zeit)$"),
@@ -29,8 +31,6 @@ def by_name(heading: str) -> str | None:
     return next((quantity for quantity, words in _WORDS if re.search(words, word)), None)
 
 
-_ANGLES = {"deg": 0.0174533, "°": 0.0174533, "rad": 1.0, "rev": 6.28319, "rpm": 0.10472}
-"""Units of angles and speeds of rotation, and how many m (m/s of speeds) they are at a lever of 1 m."""
 _ANGLE = re.compile(r"(deg|°|rad|rev|rpm)((?:[/_]| per |p)s(?:ec)?)?", re.IGNORECASE)
 
 
@@ -46,7 +46,9 @@ def as_a_way(unit: str) -> tuple[float, str] | None:
     if found is None:
         return None
     word = found[1].casefold()
-    return _ANGLES[word], "m/s" if found[2] or word == "rpm" else "m"
+    if word == "rpm":
+        return scale(word, "rad/s", unit), "m/s"
+    return math.tau if word == "rev" else scale(word, "rad", unit), "m/s" if found[2] else "m"
 
 
 def ending_unit(heading: str) -> str:

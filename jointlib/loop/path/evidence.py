@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
@@ -101,13 +102,14 @@ class Evidence:
         """The same records with these faults undone, and no others; what no fault changes is not computed again."""
         if faults == self.faults:
             return self
-        other = replace(self, faults=faults)
-        other.__dict__.update({name: getattr(self, name) for name in _OF_THE_MOTION})
-        return other
+        return self._with(faults=faults)
 
     def with_own_offsets(self) -> Evidence:
         """The same records, each with an offset of its own."""
-        other = replace(self, own_offsets=True)
+        return self._with(own_offsets=True)
+
+    def _with(self, **changed: Any) -> Evidence:
+        other = replace(self, **changed)
         other.__dict__.update({name: getattr(self, name) for name in _OF_THE_MOTION})
         return other
 

@@ -179,7 +179,7 @@ def over_the_range(
     def join(speeds: Array) -> None:
         parts = [speeds] if deadline == np.inf else _lowest_first(known, speeds)[:, None]
 
-        def in_time() -> Iterator[Array]:
+        def before_the_end() -> Iterator[Array]:
             nonlocal whole
             for part in parts:
                 if time.monotonic() > deadline:
@@ -187,7 +187,7 @@ def over_the_range(
                     return
                 yield part
 
-        between = each("speeds between them", in_time(), len(parts))
+        between = each("speeds between them", before_the_end(), len(parts))
         for more, left_out in on_every_core(partial(settled, charted), between, len(parts)):
             refused.update(left_out)
             if more is None:

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
 from jointlib.arrays import Array
-from jointlib.shown.progress import each
-from jointlib.system.processes import on_every_core
+from jointlib.system.processes import each_on_every_core
 
 from ...deadline import in_time
 from ...tool.bounded_band import shape
@@ -63,11 +63,7 @@ def cutter_chart(
     """The chart of a cutter that is not `Cutting.plain`, by a method of `stability_lobes`, at speeds in rpm."""
     said = [_RUBBING] if cutting.process_damping else []
     if name in ("turning", "zero-order") or cutting.process != "milling":
-
-        def at(rpm: float) -> Found:
-            return _of_mean(point, cutting, rpm)
-
-        found = list(on_every_core(at, each("speeds", speed.tolist(), len(speed)), len(speed)))
+        found = each_on_every_core("speeds", partial(_of_mean, point, cutting), speed.tolist())
         notes = NOTES if name != "zero-order" else (_MEAN, *NOTES)
     else:
         search = CutterSearch.of(point, cutting, model, name)
@@ -79,7 +75,7 @@ def cutter_chart(
             crossing = first[0].crossing
             return Found(crossing, search.chatter_line(rpm, crossing)), reach
 
-        looked = list(on_every_core(searched, each("speeds", speed.tolist(), len(speed)), len(speed)))
+        looked = each_on_every_core("speeds", searched, speed.tolist())
         found = [one for one, _ in looked]
         none = [reach for one, reach in looked if not one.crossing.kind]
         notes = (*NOTES, _ISLANDS)

@@ -9,8 +9,7 @@ import numpy as np
 
 from jointlib.arrays import Array
 from jointlib.errors import CheckFailed, InputError, Outcome
-from jointlib.shown.progress import each
-from jointlib.system.processes import on_every_core
+from jointlib.system.processes import each_on_every_core
 
 from ...tool.bounded_band import Shape, Spectrum, shape, spectrum
 from ...tool.tool_model import ToolModel
@@ -75,8 +74,8 @@ def by_harmonics(point: ToolPoint, cutting: Cutting, speed: Array) -> StabilityL
         loop = HarmonicLoop(receptance, cutting, axes, tooth_and_guess[0], 0)
         return harmonic_crossing(loop, resolved, stiffest, tooth_and_guess[1])
 
-    guessed = each("speeds", zip(tooth.tolist(), about.tolist(), strict=True), len(speed))
-    found = list(on_every_core(crossing_at, guessed, len(speed)))
+    guessed = list(zip(tooth.tolist(), about.tolist(), strict=True))
+    found = each_on_every_core("speeds", crossing_at, guessed)
     said = _band_said(receptance, found, stiffest, speed)
     chart = charted("multi-frequency", found, cutting, speed, said)
     doubt = np.array([one.doubt for one in found])
@@ -118,7 +117,7 @@ def by_collocation(model: ToolModel, point: ToolPoint, cutting: Cutting, speed: 
         moved = np.einsum("qab,qb->qa", model(line * tooth), force)
         return Found(settled, largest_line(line, np.linalg.norm(moved, axis=1))), apart
 
-    every = list(on_every_core(crossing_at, each("speeds", speed.tolist(), len(speed)), len(speed)))
+    every = each_on_every_core("speeds", crossing_at, speed.tolist())
     apart = max((change for _, change in every), default=0.0)
     said = (joined_words(apart),) if apart else ()
     return charted("collocation", [found for found, _ in every], cutting, speed, said)
